@@ -162,7 +162,7 @@ def test_more_control_points_than_a_floor_has_are_refused(tmp_path: Path) -> Non
     points, findings = read_control_points(tmp_path, tmp_path)
     assert not points.ids
     assert findings[-1].file == "refmarker.csv"
-    assert findings[-1].message == "2,001 control points, and a floor may have 2,000; none is used"
+    assert findings[-1].message == "2,001 control points, but a floor may have at most 2,000; none is used"
 
 
 def test_many_presses_are_not_compared_all_at_once() -> None:

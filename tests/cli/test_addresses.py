@@ -166,7 +166,7 @@ def test_in_azure_it_is_as_in_s3(folders: Folders, azure: Bucket, tmp_path: Path
     totals = {name: value for name, value in json.loads(added.stdout).items() if name != "changes"}
     assert totals == json.loads(vislam2tag("fleet", "status", f"{at}/fleet", "--json").stdout)
     nowhere = vislam2tag("fleet", "status", "az://nowhere/fleet")
-    assert "there is no such bucket: make it, or correct its name" in the_error(nowhere)
+    assert "the bucket does not exist: create it, or correct its name" in the_error(nowhere)
 
 
 def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None:

@@ -110,6 +110,6 @@ def test_a_walk_that_cannot_be_evaluated_shows_in_the_exit_code(survey: Path, tm
     )
     done = vislam2tag("paper", copy, "--out", tmp_path / "out")
     assert done.returncode == 1, done.stderr
-    assert "left out: floor 0 / LG: the total station's frame needs two common points at least, none is known" in (
+    assert "left out: floor 0 / LG: the total station's frame needs at least two common points, but none is known" in (
         done.stdout
     )

@@ -265,7 +265,7 @@ def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     for text in ("60 m x 32.5 m", "none (metric grid)", "One Plus", "2 of 2 surveyed", "30.0 Hz"):
         assert text in result.output
-    assert "partial_last_line sensors.csv lines 301: the last line is cut off" in result.output
+    assert "partial_last_line sensors.csv lines 301: the last line is incomplete" in result.output
     assert "missing_control_points 3 x floor 4 has no control points" in result.output
     assert "sessions: 3, findings: 6\n" in result.output
     assert "nothing is wrong, 1 warning (looked at: the site's files and 3 sessions, not mapped)\n" in result.output
@@ -294,6 +294,6 @@ def test_a_header_that_cannot_be_understood_is_told_and_its_walks_lack_landmarks
     assert done.returncode == 1
     assert "floor_1/marker_dict.csv" in done.stdout
     assert "the first line must be: id,x,y (then optional columns" in done.stdout
-    assert "it lacks x and y and is: id,links,oben" in done.stdout
+    assert "it does not contain x and y and is: id,links,oben" in done.stdout
     done = vislam2tag("process", root, "--out", tmp_path / "out", "--jobs", "1")
     assert "warning: floor_1/marker_dict.csv:2: the first line must be: id,x,y" in done.stderr

@@ -44,15 +44,15 @@ def test_a_swap_is_named_applied_and_reverted(sound: Path, tmp_path: Path) -> No
     before = bytes_of(copy)
     wrong = vislam2tag("process", copy, "--out", tmp_path / "wrong", "--jobs", "1")
     assert wrong.returncode == 0, wrong.stderr
-    assert "wrong: landmarks 3 and 6 of floor 0 hang in each other's place" in wrong.stdout
+    assert "wrong: landmarks 3 and 6 of floor 0 are interchanged" in wrong.stdout
     assert f"next: vislam2tag diagnose {copy}" in wrong.stdout
-    assert "hang in each other" in (tmp_path / "wrong" / "report.html").read_text()
+    assert "are interchanged" in (tmp_path / "wrong" / "report.html").read_text()
 
     said = vislam2tag("diagnose", copy, "--jobs", "1")
     assert said.returncode == 1, said.stderr
-    for text in ("Landmarks 3 and 6 of floor 0 hang in each other's place", "[[swap_landmarks]]", "faults: 1 named"):
+    for text in ("Landmarks 3 and 6 of floor 0 are interchanged", "[[swap_landmarks]]", "faults: 1 named"):
         assert text in said.stdout
-    assert re.search(r"other's place \(3 in (room )?Lab\)\.", said.stdout), "where 6 is in the table"
+    assert re.search(r"are interchanged \(3 in (room )?Lab\)\.", said.stdout), "where 6 is in the table"
     assert bytes_of(copy) == before
 
     assert vislam2tag("diagnose", copy, "--apply", "--jobs", "1").returncode == 0
@@ -105,9 +105,9 @@ def test_one_id_on_two_floors_of_a_walk_is_told_and_corrected(tmp_path: Path) ->
         path.write_text("\n".join(re.sub(f"^111{mark}", f"3{mark}", line) for line in path.read_text().split("\n")))
     refused = vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1")
     assert refused.returncode == 1
-    assert "let `vislam2tag diagnose` tell which sheet it saw when" in refused.stderr
+    assert "Run `vislam2tag diagnose` to find which sheet it observed when" in refused.stderr
     said = vislam2tag("diagnose", survey, "--apply", "--jobs", "1")
-    assert "passed the landmark 3 of floor 1, and another floor has one with this id" in said.stdout
+    assert "passed the landmark 3 of floor 1, but another floor has one with this id" in said.stdout
     assert "it brings: 0 % -> 100 % of frames labelled" in said.stdout
     assert vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0
     assert labelled_share(tmp_path / "labels") > 0.9

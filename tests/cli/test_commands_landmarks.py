@@ -49,7 +49,7 @@ def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_pat
     forbidden.write_text("floor,x0,y0,x1,y1\n1,3.5,-1,26.5,3\n")
     done = vislam2tag("plan", site, "--out", tmp_path / "plan", "--further", "0", "--forbid", forbidden)
     assert done.returncode == 1
-    assert "m without a wall for a sheet; put up a stand there" in done.stdout
+    assert "m passes no wall for a sheet; put up a stand there" in done.stdout
 
 
 @pytest.mark.parametrize(
@@ -58,8 +58,8 @@ def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_pat
         (("--spacing-m", "0"), "--spacing-m 0.0"),
         (("--spacing-m", "1e308"), "--spacing-m 1e+308: Input should be less than or equal to 1000"),
         (("--view-deg", "0", "50"), "--view-deg 0 50: expected angles of view between 10 and 170 degrees"),
-        (("--paper", "B5"), "'B5' is no size of paper"),
-        (("--floor", "9"), "--floor 9: the site has no such floor"),
+        (("--paper", "B5"), "'B5' is not a paper size"),
+        (("--floor", "9"), "--floor 9: the site does not have this floor"),
         (("--forbid", "/none.csv"), "/none.csv: cannot be opened"),
     ],
 )
@@ -75,7 +75,7 @@ def test_a_site_gets_a_sheet_for_each_landmark(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert "Letter" in done.stdout
     assert "0.196 m" in done.stdout
-    assert "warning: landmarks 10, 7 hang on several floors with one image" in done.stdout
+    assert "warning: landmarks 10, 7 have the same image on several floors" in done.stdout
     assert (
         f"for the phone: {tmp_path / 'out/images'}\nnext: print {tmp_path / 'out/sheets.pdf'} at 100 %" in done.stdout
     )
@@ -125,9 +125,12 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(tmp_path: Path, phot
     shutil.copytree(survey, full)
     raw = bytes_of(full)
     for arguments, message in (
-        (("--ids", "1,01"), "'1' and '01' are one id, 1; name each once"),
-        ((survey, "--paper", "B5"), "'B5' is no size of paper; there are: A4, Letter, A3"),
-        (("--images", photos), "1 of 1 images cannot be landmarks: black.png (contrast 0, 30 is needed"),
+        (("--ids", "1,01"), "'1' and '01' are the same id, 1; name each once"),
+        ((survey, "--paper", "B5"), "'B5' is not a paper size; available are: A4, Letter, A3"),
+        (
+            ("--images", photos),
+            "1 of 1 images are not suitable as landmarks: black.png (its contrast is 0, but must be at least 30",
+        ),
     ):
         assert message in the_error(vislam2tag("sheets", *arguments, "--out", tmp_path / "out"))
     assert not (tmp_path / "out").exists()

@@ -123,9 +123,12 @@ def no_survey(folder: Path) -> dict[str, tuple[Path, str]]:
     (folder / "floors" / "floor_1").mkdir(parents=True)
     return {
         "missing": (folder / "gone", "gone: no such folder; expected a survey folder"),
-        "file": (folder / "file", "file: not a folder; expected a survey folder"),
-        "empty": (folder / "empty", "empty: not a survey: no folder named floor_1"),
-        "floors only": (folder / "floors", "floors: not a survey: no session (a folder floor_K/DEVICE/SESSION"),
+        "file": (folder / "file", "file: this is not a folder; expected a survey folder"),
+        "empty": (folder / "empty", "empty: this is not a survey: it contains no folder named floor_1"),
+        "floors only": (
+            folder / "floors",
+            "floors: this is not a survey: it contains no session (a folder floor_K/DEVICE/SESSION",
+        ),
     }
 
 
@@ -143,7 +146,7 @@ def test_what_is_no_survey_is_2(tmp_path: Path, command: str, name: str) -> None
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[exclude_session]\n", "corrections.toml: not a TOML file: "),
+        ("[[exclude_session]\n", "corrections.toml: the file is not valid TOML: "),
         ('[[exclude_session]]\ndevise = "LG"\n', "corrections.toml: [[exclude_session]] number 1, devise: "),
     ],
 )

@@ -88,7 +88,7 @@ def test_a_clock_is_found_by_access_points_that_both_heard(labels: Path, wifi: p
         {"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"].str.to_uppercase(), "rssi": wifi["rssi_dbm"]}
     )
     made = label(table, str(labels))
-    assert "by access points that both heard" in made.notes[1]
+    assert "by access points that both received" in made.notes[1]
     assert f"{BOOT_TO_UNIX_S}.0" in made.notes[1]
     same(made.table, wifi)
 
@@ -98,7 +98,7 @@ def test_the_sigma_of_a_clock_is_part_of_the_positions(labels: Path, wifi: pl.Da
     rng = np.random.default_rng(1)
     levels = wifi["rssi_dbm"].to_numpy() + rng.normal(0, 1, wifi.height) - 5.0
     made = label(pl.DataFrame({"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"], "rssi": levels}), labels)
-    assert ", by access points that both heard" in made.notes[1]
+    assert ", by access points that both received" in made.notes[1]
     assert np.nanmedian((made.table["sigma"] - wifi["sigma"]).to_numpy()) > 0.05
 
 
@@ -120,13 +120,13 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
     headset.drop("taken_ns").write_csv(tmp_path / "headset.csv")
     done = vislam2tag("label", tmp_path / "headset.csv", "--labels", labels, "--by", "motion")
     assert done.returncode == 0, done.stderr
-    assert ", by the turns that both felt" in done.stdout
+    assert ", by turns that both measured" in done.stdout
     found = pl.read_csv(tmp_path / "headset-labelled.csv")
     true = label(headset.select(time_ns="taken_ns"), labels).table
     for name in ("x_m", "y_m"):
         assert (found[name] - true[name]).abs().max() < 0.05  # type: ignore[operator]
     unix = headset.select(pl.col("seconds_elapsed").alias("unix_time") + BOOT_TO_UNIX_S, pl.col("^gyro_.$"))
-    assert "by the turns that both felt" in label(unix, labels).notes[1], "Unix times need no option"
+    assert "by turns that both measured" in label(unix, labels).notes[1], "Unix times need no option"
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
         (
             {"acc_x": 1.0, "acc_y": 2.0, "acc_z": 9.0},
             ("--by", "motion"),
-            "the acceleration that both felt: correlation",
+            "accelerations that both measured: correlation",
         ),
     ],
 )
@@ -190,11 +190,11 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
-        ("time,co2\n1,2\n", ("--time-column", "when"), "there is no such column; there are: time, co2"),
-        ("time,co2\nnoon,2\n", (), "column time: holds no time that can be read"),
-        ("time,co2\n2022-01-14T16:35:30,2\n", (), "has no zone; give it by --zone, such as Europe/Berlin"),
+        ("time,co2\n1,2\n", ("--time-column", "when"), "there is no such column; the table has: time, co2"),
+        ("time,co2\nnoon,2\n", (), "column time: contains no readable time"),
+        ("time,co2\n2022-01-14T16:35:30,2\n", (), "has no time zone; pass it with --zone, such as Europe/Berlin"),
         ("time,co2\n1700000000,2\n", (), "nothing tells how they relate: give --survey"),
-        ("time,co2\n5,2\n", (), "its times lie in no walk, whichever unit they are in"),
+        ("time,co2\n5,2\n", (), "its times are outside every walk in any unit"),
         ("time,status\n5,2\n", (), "the table has a column status already; rename it"),
         ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: expected one of boot, unix"),
         ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: no clock is so far ahead"),

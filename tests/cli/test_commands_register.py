@@ -147,7 +147,7 @@ def test_a_swapped_pair_is_named_and_1(site: Path, tmp_path: Path) -> None:
     done = vislam2tag(*arguments(site))
     assert done.returncode == 1
     assert "excluded either " in done.stdout
-    assert "the known points B and A look interchanged" in done.stdout
+    assert "the known points B and A seem to be interchanged" in done.stdout
 
 
 def test_tape_and_clicks(site: Path, tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_tape_and_clicks(site: Path, tmp_path: Path) -> None:
     taped = ("--tape", tmp_path / "tape.csv", "--targets", tmp_path / "walls.csv", "--clicks", tmp_path / "clicks.csv")
     done = vislam2tag("register", site, "--floor", "1", *taped, "--write")
     assert done.returncode == 1
-    assert "no position landmark 21: fewer than two distances" in done.stdout
+    assert "no position landmark 21: it has fewer than two usable distances" in done.stdout
     landmarks = read_site(site)[0].landmarks.on_floor(1)
     assert landmarks.position_bcs[landmarks.index["20"]] == pytest.approx((3, 5))
     sigma = np.sqrt(landmarks.covariance_bcs[:, 0, 0])
@@ -178,10 +178,13 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
     for further, message in (
         (one, "nothing to register: give --station, --tape or --clicks"),
         ((*one, *station), "--station needs known points: --control FILE, or --known ID"),
-        ((*one, *station, "--known", "99"), "--known 99: floor 1 has no measured position of it"),
+        ((*one, *station, "--known", "99"), "--known 99: floor 1 has no measured position of this landmark"),
         ((*one, *station, "--control", tmp_path / "one.csv"), "station S1 shares only point A with the building"),
         ((*one, *station, "--control", tmp_path / "gone.csv"), "gone.csv: cannot be opened"),
-        ((*one, *station, "--known", "all", "--columns", "point,E"), "--columns point,E: N must be there"),
+        (
+            (*one, *station, "--known", "all", "--columns", "point,E"),
+            "--columns point,E: required columns are missing: N",
+        ),
         (
             (*one, *station, "--known", "all", "--shot-sigma-m", "0"),
             "--shot-sigma-m 0.0: Input should be greater than 0",
@@ -189,7 +192,7 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
         ((*one, *station, "--known", "all", "--out", site / "floor_1"), "lies among the site's own files"),
         ((*one, *station, "--known", "all", "--scale", "some"), "--scale some: expected fixed or free"),
         (station, "--floor: the site has several (1, 4)"),
-        (("--floor", "9"), "--floor 9: the site has no such floor; there are: 1, 4"),
+        (("--floor", "9"), "--floor 9: the site does not have this floor; its floors are: 1, 4"),
     ):
         with pytest.raises(Vislam2tagError, match=re.escape(message)):
             in_process(site, *further)

@@ -213,7 +213,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--area", "900,0,999,9", "--width-m", "20"), "has nothing in that area; correct area"),
         (("--point", "1,2=3,4"), "--point: two known points are needed, but 1 are given"),
         (("--point", "1,2=3", "--point", "1,2=3,4"), "--point 3: expected PX,PY=X,Y"),
-        (("--point", "1,2=3,4", "--point", "1,2=3,4"), "two identical points, which tell no scale"),
+        (("--point", "1,2=3,4", "--point", "1,2=3,4"), "points are identical, so they give no scale"),
         (("--distance", "0,0,0,0,5"), "from and to are the same point"),
         (("--distance", "0,0,5"), "--distance 0,0,5: expected X,Y,X,Y,METRES"),
         (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: also pass"),
@@ -237,7 +237,7 @@ def test_plans_that_cannot_be(tmp_path: Path) -> None:
     assert "gone.png: the plan is not there" in the_error(done)
     plan = drawn_floor.png(tmp_path)
     assert vislam2tag("site", "init", tmp_path / "site", "--plan", plan, *size).returncode == 0
-    assert "--floor 7: the site has no such floor; there are: 1" in the_error(
+    assert "--floor 7: the site does not have this floor; its floors are: 1" in the_error(
         vislam2tag("site", "show", tmp_path / "site", "--floor", "7")
     )
 
@@ -288,7 +288,7 @@ def test_tells_what_it_found_and_what_is_closed_off(
     assert run(monkeypatch, str(site), "--out", str(tmp_path / "out"), "--wall-contrast", "0.4") == 0
     shown = capsys.readouterr().out
     assert "Walkable space" in shown
-    assert "floor 0: closed off by walls and left out" in shown
+    assert "floor 0: rooms without an open door are excluded" in shown
     assert "written" in shown
     (tmp_path / "own.toml").write_text("[walkable]\nwall_contrast = 0.3\ncell_m = 0.2\n")
     config = ("--config", str(tmp_path / "own.toml"), "--wall-contrast", "0.4")

@@ -61,7 +61,7 @@ def test_only_what_is_asked_for_is_imported() -> None:
     assert colours().named("light-blue") == 1
     assert "colours_built_in.is_" not in sys.modules
     assert dict(colours().all()) == {"is": 2, "light-blue": 1}
-    with pytest.raises(UsageError, match=r"^no colour is called 'mauve'; there are: is, light-blue$"):
+    with pytest.raises(UsageError, match=r"^there is no colour 'mauve'; available are: is, light-blue$"):
         colours().named("mauve")
 
 
@@ -81,7 +81,7 @@ def test_an_installed_package_is_found(site: Path) -> None:
         (REGISTERS.format(name="puce", item=3), r"colours_dyed does not register it"),
         (
             REGISTERS.format(name="is", item=3),
-            r"UsageError: there is a colour called 'is' already; choose another name",
+            r"UsageError: there already is a colour 'is'; choose another name",
         ),
     ],
 )
@@ -105,8 +105,8 @@ def test_a_name_taken_twice_is_refused(site: Path, caplog: pytest.LogCaptureFixt
     install(site, "Extra", "colours_extra", "is", REGISTERS.format(name="is", item=5))
     assert dict(colours().all()) == {"is": 2, "light-blue": 1, "mauve": 3}
     assert warnings_in(caplog) == [
-        "the colour 'mauve' of the package Dyes is left out: the package Azure has one of this name",
-        "the colour 'is' of the package Extra is left out: vislam2tag itself has one of this name",
+        "the colour 'mauve' of the package Dyes is skipped, because the package Azure has the same name",
+        "the colour 'is' of the package Extra is skipped, because vislam2tag itself has the same name",
     ]
 
 
@@ -115,5 +115,5 @@ def test_a_script_may_add_but_not_replace() -> None:
     colours().add("mauve", 3)
     assert colours().named("mauve") == 3
     for name in ("mauve", "light-blue"):
-        with pytest.raises(UsageError, match=f"there is a colour called '{name}' already"):
+        with pytest.raises(UsageError, match=f"there already is a colour '{name}'"):
             colours().add(name, 4)

@@ -234,7 +234,7 @@ def test_an_address_of_another_computer_is_told() -> None:
 
 @pytest.mark.parametrize("host", ["../x", "a..b", "x" * 300, "\0"])
 def test_what_is_no_host_is_told(host: str) -> None:
-    with pytest.raises(UsageError, match="cannot be listened on"):
+    with pytest.raises(UsageError, match="cannot listen there"):
         listen(host, 0)
 
 

@@ -176,7 +176,7 @@ def test_levels_that_say_nothing_are_refused_with_their_figure() -> None:
     flat = {name: (stamps, rng.normal(-60, 1, len(stamps))) for name, (stamps, _) in own.items()}
     assert "dB apart" in align_by_levels(flat, own).figures
     assert align_by_levels(flat, own).offset_ns is None
-    assert align_by_levels({"other": own["ap0"]}, own).figures == "no access point was heard by both"
+    assert align_by_levels({"other": own["ap0"]}, own).figures == "no access point was received by both"
 
 
 OFFSET_NS = 7_300_000_000
@@ -196,7 +196,7 @@ def test_taps_in_common_tell_the_offset_with_its_sigma() -> None:
 def test_taps_that_do_not_tell_are_refused_with_their_figures() -> None:
     ours = OURS_NS.astype(np.int64)
     few = align_by_taps(ours[:3], ours)
-    assert (few.offset_ns, few.figures) == (None, "3 and 6 taps, 4 of each are needed")
+    assert (few.offset_ns, few.figures) == (None, "3 and 6 taps, but 4 of each are needed")
     even = np.arange(8, dtype=np.int64) * 2_000_000_000
     alike = align_by_taps(even, even)
     assert alike.offset_ns is None, "taps as even as a clock fit one later nearly as well"

@@ -24,7 +24,7 @@ def test_it_ends_at_the_first_round_that_moves_less_than_the_tolerance() -> None
 def test_it_says_that_it_has_not_converged(caplog: pytest.LogCaptureFixture) -> None:
     done = iterate("it", 1.0, lambda value, _: -value, moved, tolerance=0.1, most_rounds=7)
     assert (done.state, done.rounds, done.moved, done.converged) == (-1.0, 7, 2.0, False)
-    assert caplog.messages == ["it did not converge: after 7 rounds one still moves it by 2"]
+    assert caplog.messages == ["it did not converge: after 7 iterations it still changes by 2"]
 
 
 def test_rounds_are_numbered_from_one_and_the_least_are_done() -> None:

@@ -28,6 +28,10 @@ def test_every_kind_of_finding_is_explained() -> None:
         assert set(entry) == {"where", "severity", "meaning", "cure"}, kind
         assert all(entry.values()), kind
         assert entry["severity"].split(":")[0] in set(Severity), kind
+        assert entry["cure"] != "No action needed.", f"{kind}: say why"
+        for text in (entry["meaning"], entry["cure"]):
+            assert re.match(r"[A-Z`]", text), kind
+            assert text.endswith("."), kind
 
 
 def texts_in(*nodes: ast.AST) -> set[str]:

@@ -92,7 +92,7 @@ def test_a_video_that_was_cut_off_is_an_error_of_its_session(tagged: Path, tmp_p
         (walk / name).write_bytes(whole[: 3000 if name == "rgb.mp4" else None])
     done = vislam2tag("sightings", tmp_path / "survey", "--tags", "apriltag-36h11", "--tag-side-m", "0.2")
     assert done.returncode == 1
-    assert "rgb.mp4: it is no video, or was cut off before its end" in done.stderr
+    assert "rgb.mp4: the file cannot be opened: it is not a video, or it is incomplete" in done.stderr
     assert not (walk / "sightings.csv").exists()
 
 

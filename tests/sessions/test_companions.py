@@ -37,5 +37,5 @@ def test_any_other_table_keeps_its_columns_under_its_own_name() -> None:
     assert tables[name].select("time_ns", "repeated", "co2").rows() == [
         (0, False, "400"), (0, True, "400"), (10, False, "410")
     ]  # fmt: skip
-    with pytest.raises(UsageError, match="a column status, as labels have; rename it"):
+    with pytest.raises(UsageError, match="a column status, which is reserved for labels; rename it"):
         session_tables(table(status=["on"]), "co2")

@@ -52,7 +52,7 @@ def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows
     assert len(corrected.landmarks.frame) == np.count_nonzero(~inside[session.landmarks.frame])
     assert corrected.camera.row.tolist() == session.camera.row.tolist()
     assert corrected.landmarks.row.tolist() == session.landmarks.row[~inside[session.landmarks.frame]].tolist()
-    assert uses == (f"{inside.sum()} frames from 0.5 s to 1 s are left out (fell).",)
+    assert uses == (f"{inside.sum()} frames from 0.5 s to 1 s are excluded (fell).",)
 
 
 def test_a_landmark_seen_only_in_an_excluded_span_is_not_listed(session: Session) -> None:
@@ -65,7 +65,7 @@ def test_swapped_ids_keep_the_log_sorted(session: Session) -> None:
     corrected, uses = corrected_session(session, corrected_by(swap_landmarks=[swap]))
     assert corrected.landmarks.ids == ("7", "10")
     assert corrected.landmarks.offsets.tolist() == session.landmarks.offsets.tolist()
-    assert uses == ("Landmarks 10 and 7 are exchanged.",)
+    assert uses == ("Landmarks 10 and 7 are interchanged.",)
     assert corrected_session(session, corrected_by(swap_landmarks=[swap, swap]))[0].landmarks.ids == ("10", "7")
     assert corrected_session(session, corrected_by(swap_landmarks=[{"ids": ["1", "2"]}])) == (session, ())
 
@@ -75,7 +75,7 @@ def test_an_excluded_landmark_goes_by_its_corrected_id(session: Session) -> None
     corrected, uses = corrected_session(session, both)
     assert corrected.landmarks.ids == ("7",)
     assert len(corrected.landmarks.frame) == 50
-    assert uses[1] == "Landmark 10 is left out."
+    assert uses[1] == "Landmark 10 is excluded."
     assert corrected_session(session, corrected_by(exclude_landmark=[{"id": "99"}])) == (session, ())
 
 
@@ -161,7 +161,7 @@ def test_sightings_of_a_span_are_another_floors(session: Session) -> None:
     entry = {"id": "10", "to": 2, "from_s": 0.5}
     corrected, uses = corrected_session(session, corrected_by(set_landmark_floor=[entry]))
     assert corrected.landmarks.ids == ("10", "7", "10 (floor 2)")
-    assert "taken for those of 10 (floor 2)" in uses[0]
+    assert "are assigned to 10 (floor 2)" in uses[0]
 
 
 def test_one_row_of_a_landmark_stays_in_a_frame_where_two_would_be(session: Session) -> None:
@@ -231,9 +231,9 @@ def test_taps_are_placed_moved_and_taken_out(survey: Path) -> None:
     ]
     assert after.name == (f"tap at {round(at_s[0], 1):g} s", before.name[1], f"tap at {between:g} s", before.name[2])
     assert found.corrections == (
-        f"The walk is taken to be at (1, 2) at {between:g} s.",
-        f"The walk is taken to be at (3, 4) at {round(at_s[0], 1):g} s.",
-        f"The tap at {round(at_s[3], 1):g} s is left out.",
+        f"The walk is placed at (1, 2) at {between:g} s.",
+        f"The walk is placed at (3, 4) at {round(at_s[0], 1):g} s.",
+        f"The tap at {round(at_s[3], 1):g} s is excluded.",
     )
     nothing = prepared(survey, entry(survey, between))
     assert nothing.corrections == ()
@@ -267,7 +267,7 @@ def labels(survey: Path, folder: Path) -> np.ndarray:
 
 
 def test_half_a_place_is_refused() -> None:
-    with pytest.raises(SurveyError, match="x and y are both needed"):
+    with pytest.raises(SurveyError, match="give both x and y"):
         corrections_of('[[set_tap]]\nsession = "a"\nat_s = 1.0\nx = 2.0\n')
 
 

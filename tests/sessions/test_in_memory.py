@@ -69,7 +69,9 @@ def test_a_column_without_rows_may_have_any_type(kind: type[pl.DataType]) -> Non
 
 
 def test_a_missing_column_is_named_with_those_expected_and_found() -> None:
-    expected = "sightings: there is no column id, qw; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+    expected = (
+        "sightings: the column id, qw is missing; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+    )
     with pytest.raises(UsageError, match=expected):
         session(sightings=SIGHTINGS.drop("id", "qw"))
 
@@ -101,7 +103,9 @@ def test_landmarks_have_what_a_file_of_them_would_have() -> None:
 
 def test_several_floors_need_the_one_on_which_the_walk_starts() -> None:
     table = pl.DataFrame({"id": ["a", "b", "c"], "x": [0.0] * 3, "y": [0.0] * 3, "floor": [2, 3, None]})
-    with pytest.raises(UsageError, match=r"landmarks, column floor: there are 2, 3; say by floor=\.\.\. on which"):
+    with pytest.raises(
+        UsageError, match=r"landmarks, column floor: there are 2, 3; pass floor=\.\.\. to specify on which"
+    ):
         landmarks_in_memory(table, None, 0.02)
     landmarks, own, _ = landmarks_in_memory(table, 3, 0.02)
     assert (own, landmarks.floor.tolist()) == (3, [2, 3, 3])

@@ -36,7 +36,7 @@ def test_a_landmark_without_a_surveyed_position_is_a_finding(tmp_path: Path) -> 
     assert short.kind == "poses_not_judged"
     assert (finding.kind, finding.count) == ("landmark_without_position", 1)
     assert (presses.kind, presses.count) == ("missing_control_points", session.presses)
-    assert finding.message.startswith("landmarks 7 were seen")
+    assert finding.message.startswith("landmarks 7 were observed")
 
 
 def test_ids_that_clash_over_the_floors_walked_fail_the_session(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_a_locked_session_fails_alone(tmp_path: Path, monkeypatch: pytest.Monkey
     assert [session.usable for session in sessions] == [True, False, True]
     assert (sessions[1].format, sessions[1].error) == (
         "unknown",
-        f"{tmp_path / 'floor_1/One Plus/walk'}: cannot be looked into; check its permissions",
+        f"{tmp_path / 'floor_1/One Plus/walk'}: the folder cannot be opened; check its permissions",
     )
 
 

@@ -136,9 +136,9 @@ def test_a_landmark_of_another_floor_is_a_finding_of_its_own() -> None:
     _, log = walked(FLAT, "bcx")
     found = {finding.kind: finding for finding in landmarks_without_position(log, chosen, unused)}
     assert set(found) == {"landmark_of_other_floor", "landmark_without_position"}
-    assert "landmark c was seen" in found["landmark_of_other_floor"].message
-    assert "lift ride" in found["landmark_of_other_floor"].message
-    assert "landmarks x were seen" in found["landmark_without_position"].message
+    assert "landmark c was observed" in found["landmark_of_other_floor"].message
+    assert "took a lift" in found["landmark_of_other_floor"].message
+    assert "landmarks x were observed" in found["landmark_without_position"].message
 
 
 def test_an_id_in_two_places_is_an_error_that_names_both() -> None:
@@ -179,11 +179,11 @@ def test_a_climb_among_ids_that_two_floors_share_is_a_finding(own_first: bool) -
     assert (finding.kind, finding.severity, finding.count) == ("ambiguous_floor", "warning", 2)
     line = {True: (2, 4), False: (8, 6)}[own_first]
     assert (
-        f"landmark a hangs on floor 1 (floor_1/marker_dict.csv:{line[0]}) and elsewhere on floor 2 "
+        f"landmark a is on floor 1 (floor_1/marker_dict.csv:{line[0]}) and elsewhere on floor 2 "
         f"(floor_2/marker_dict.csv:{line[1]})"
     ) in finding.message
     assert "up or down by 2.9 m" in finding.message
-    assert "taken for floor 1's" in finding.message
+    assert "All were assigned to floor 1." in finding.message
     assert "corrections.toml" in finding.message
 
 
@@ -221,7 +221,7 @@ def test_an_id_of_two_floors_is_that_floor_s_which_the_walker_told(two_floors: L
     corrections = with_told_floors(Corrections(), session, two_floors)
     corrected, uses = corrected_session(session, corrections)
     (use,) = uses
-    assert use == "100 rows of landmark a are taken for those of a (floor 2) (the walker said so)."
+    assert use == "100 rows of landmark a are assigned to a (floor 2) (the collector chose this floor)."
     log = corrected.landmarks
     assert log.frame[log.rows_of(log.ids.index("a (floor 2)"))].tolist() == list(range(100, 200))
     assert log.frame[log.rows_of(log.ids.index("a"))].tolist() == [*range(100), *range(200, 300)]

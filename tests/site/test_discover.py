@@ -259,7 +259,7 @@ def test_a_survey_whose_sessions_are_all_locked_away_says_so(tmp_path: Path, mon
     write_survey(tmp_path)
     for name in ("floor_1", "floor_4"):
         lock(monkeypatch, tmp_path / name)
-    with pytest.raises(SurveyError, match=r"no session .*; floor_1 cannot be looked into \(Permission denied\)"):
+    with pytest.raises(SurveyError, match=r"no session .*; floor_1: the folder cannot be opened \(Permission denied\)"):
         open_survey(tmp_path)
 
 

@@ -83,8 +83,8 @@ def test_the_file_comes_before_the_published_layout(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("plan", "message"),
     [
-        ('file = "plan.png"', "the plan has no scale: give extent"),
-        ('file = "gone.png"\nextent = { width_m = 1.0, height_m = 1.0 }', "the plan is not there"),
+        ('file = "plan.png"', "the plan has no scale: specify extent"),
+        ('file = "gone.png"\nextent = { width_m = 1.0, height_m = 1.0 }', "the plan does not exist"),
     ],
 )
 def test_a_plan_that_cannot_be_used_is_a_finding(tmp_path: Path, plan: str, message: str) -> None:
@@ -131,7 +131,7 @@ def test_rows_without_a_place_are_left_out_and_told(tmp_path: Path) -> None:
 def test_a_table_without_places_says_what_it_needs(tmp_path: Path) -> None:
     names, (finding,) = read_room_names(*written(tmp_path, "name,floor\n2.114,2\n"))
     assert (names, finding.kind) == ([], "malformed_header")
-    assert "it lacks x and y" in finding.message
+    assert "it does not contain x and y" in finding.message
 
 
 def test_dimensions_and_sentences_are_no_names_and_numbers_come_first() -> None:

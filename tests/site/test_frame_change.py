@@ -134,7 +134,7 @@ def test_a_rigid_change_keeps_the_middle(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ("id,x,y\n1,0,0\n9,1,1\n", "share 1 surveyed landmarks; two places are needed"),
+        ("id,x,y\n1,0,0\n9,1,1\n", "share 1 surveyed landmarks; two places are required"),
         ("id,x,y\n1,5,5\n2,5,6\n", None),
         ("id,x,y\n8,5,5\n9,5,6\n", "share 0 surveyed landmarks"),
     ],
@@ -160,7 +160,7 @@ def test_landmarks_all_in_one_place(tmp_path: Path) -> None:
         ("id,x,y,floor\n1,a,3,1\n", r"old.csv:2: could not convert"),
         ("id,a,b\n", r"the first line must be: id,x,y"),
         ("id,x,y,floor\n1,2,3,7\n", r"old.csv:2: there is no change for floor 7; add it to rebase.toml"),
-        ("id,x,y\n1,2,3\n", r"old.csv:2: floor 'None' is no number"),
+        ("id,x,y\n1,2,3\n", r"old.csv:2: floor 'None' is not a number"),
     ],
 )
 def test_files_that_cannot_be_changed(tmp_path: Path, text: str, message: str) -> None:

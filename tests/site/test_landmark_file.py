@@ -74,10 +74,10 @@ def test_rows_that_cannot_be_used_are_findings_at_their_lines(tmp_path: Path) ->
     ("text", "message"),
     [
         (None, r"completed\.csv: cannot be opened \(No such file or directory\); expected a landmark file"),
-        ("", r"completed\.csv: the first line must be: id,x,y .*; it lacks x and y and is: empty"),
-        ("id,x,y\n1,1,1\n", r"completed\.csv: there is no column floor, which .* several floors needs"),
-        (HEADER, r"completed\.csv: holds no usable landmark of the survey's floors \(1, 4\)"),
-        ("id,x,y,floor\n1,1,1,7\n2,a,b,1\n", r"holds no usable landmark of the survey's floors \(1, 4\)"),
+        ("", r"completed\.csv: the first line must be: id,x,y .*; it does not contain x and y and is: empty"),
+        ("id,x,y\n1,1,1\n", r"completed\.csv: the column floor is missing, which .* several floors needs"),
+        (HEADER, r"completed\.csv: contains no usable landmark of the survey's floors \(1, 4\)"),
+        ("id,x,y,floor\n1,1,1,7\n2,a,b,1\n", r"contains no usable landmark of the survey's floors \(1, 4\)"),
     ],
 )
 def test_a_file_that_cannot_serve_is_refused(tmp_path: Path, text: str | None, message: str) -> None:

@@ -85,11 +85,14 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, site:
     ("text", "message"),
     [
         ("", r"floors: missing"),
-        ("floors = 3\n", r"\[\[floors\]\]: each entry starts with its name in double brackets"),
+        ("floors = 3\n", r"\[\[floors\]\]: each entry must start with its name in double brackets"),
         ("floors = []\n", r"\[\[floors\]\]: .*at least 1"),
         ("[[floors]]\nname = 'x'\n", r"\[\[floors\]\] number 1, number: missing; correct or remove it"),
         ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 1\n", r"floor 1 is given 2 times; give each floor once"),
-        ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 2\nwidht = 3\n", r"number 2, widht: not known, look for a typ"),
+        (
+            "[[floors]]\nnumber = 1\n[[floors]]\nnumber = 2\nwidht = 3\n",
+            r"number 2, widht: unknown name, check the spelling",
+        ),
         (
             "[[floors]]\nnumber = 1\n[floors.plan]\nfile = 'a.png'\npoints = [{plan=[1,1]}]\n",
             r"plan, points 1, bcs_m: m",
@@ -97,18 +100,21 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, site:
         (
             "[[floors]]\nnumber = 1\n[floors.plan]\nfile = 'a.png'\n"
             "points = [{plan=[1,1], bcs_m=[0,0]}, {plan=[1,1], bcs_m=[3,0]}]\n",
-            r"\[\[floors\]\] number 1, plan: points are two identical points, which tell no scale",
+            r"\[\[floors\]\] number 1, plan: points are identical, so they give no scale",
         ),
-        ("[georeference]\nepsg = 25832\n[[floors]]\nnumber = 1\n", r"\[georeference\]|georeference: give either epsg"),
+        (
+            "[georeference]\nepsg = 25832\n[[floors]]\nnumber = 1\n",
+            r"\[georeference\]|georeference: specify either epsg",
+        ),
         (
             "[georeference]\nepsg = 4326\neasting_m = 6.0\nnorthing_m = 50.0\n[[floors]]\nnumber = 1\n",
             "has no eastings and northings; give latitude_deg",
         ),
         (
             "[georeference]\nepsg = 1\neasting_m = 6.0\nnorthing_m = 50.0\n[[floors]]\nnumber = 1\n",
-            "EPSG:1 is no reference system known",
+            "EPSG:1 is not a known reference system",
         ),
-        ("not toml", "not a TOML file"),
+        ("not toml", "the file is not valid TOML"),
     ],
 )
 def test_mistakes_are_told_with_file_and_entry(tmp_path: Path, text: str, message: str) -> None:
@@ -119,7 +125,7 @@ def test_mistakes_are_told_with_file_and_entry(tmp_path: Path, text: str, messag
 
 
 def test_no_file(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match=r"holds no site.toml; make one: vislam2tag site init"):
+    with pytest.raises(SurveyError, match=r"contains no site.toml; make one with vislam2tag site init"):
         read_site_file(tmp_path)
 
 

@@ -87,28 +87,28 @@ TABLES: dict[str, tuple[str | bytes, str | None]] = {
     ),
     "Excel's first line": ("sep=;\nid;x;y;z;sigma_m\n10;1.5;2.5;1.25;.04\n7;30;4\n", "fields are separated by ;"),
     "UTF-16": (PLAIN.replace("id,", "Höhe über,").encode("utf-16"), None),
-    "Windows": ("id,x,y,Höhe,sigma\n10,1.5,2.5,1.25,0.04\n7,30,4,,\n".encode("cp1252"), "Höhe was taken for z; sigma"),
+    "Windows": ("id,x,y,Höhe,sigma\n10,1.5,2.5,1.25,0.04\n7,30,4,,\n".encode("cp1252"), "Höhe was read as z; sigma"),
     "German names, id last": (
         "Rechtswert;Hochwert;Höhe [m];Genauigkeit;Marke\n1,5;2,5;1,25;0,04;10\n30;4;;;7\n",
-        "Rechtswert was taken for x; Hochwert was taken for y; Höhe [m] was taken for z; Genauigkeit was taken for "
-        "sigma_m; Marke was taken for id",
+        "Rechtswert was read as x; Hochwert was read as y; Höhe [m] was read as z; Genauigkeit was read as "
+        "sigma_m; Marke was read as id",
     ),
     "a description first": (
         "Beschreibung;Hochwert;Rechtswert;Höhe;Genauigkeit;Nummer\nTür;2,5;1,5;1,25;0,04;10\nTür;4;30;;;7\n",
-        "Nummer was taken for id",
+        "Nummer was read as id",
     ),
     "English names": (
         "Northing,Easting,Marker ID,Elevation,accuracy\n2.5,1.5,10,1.25,0.04\n4,30,7,,\n",
-        "Northing was taken for y",
+        "Northing was read as y",
     ),
     "centimetres": (
         "id,x [cm],y (cm),z_cm,sigma_cm\n10,150,250,125,4\n7,3000,400,,\n",
-        "x [cm] was taken for x (a unit is 0.01 m)",
+        "x [cm] was read as x (a unit is 0.01 m)",
     ),
     "feet": (
         "name,x_ft,Y [ft],height (feet),sigma_m\n10,4.9212598425,8.2020997375,4.1010498688,0.04\n"
         "7,98.4251968504,13.1233595801,,\n",
-        "x_ft was taken for x (a unit is 0.3048 m); Y [ft] was taken for y",
+        "x_ft was read as x (a unit is 0.3048 m); Y [ft] was read as y",
     ),
 }
 
@@ -157,14 +157,14 @@ def test_a_spreadsheet_that_is_none_is_a_finding(tmp_path: Path) -> None:
     survey = open_survey(write_survey(tmp_path, changes))
     (found,) = survey.findings
     assert (found.kind, found.file) == ("unreadable_file", "floor_1/marker_dict.xlsx")
-    assert "no XLSX file that can be read" in found.message
+    assert "it is not a readable XLSX file" in found.message
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
         ("1;2\n3,5;4\n", "fields are separated by ;; numbers have a decimal comma"),
-        ("Punkt;Hochwert;Rechtswert\nA;2;1\nB;4;3,5\n", "Hochwert was taken for y; Rechtswert was taken for x"),
+        ("Punkt;Hochwert;Rechtswert\nA;2;1\nB;4;3,5\n", "Hochwert was read as y; Rechtswert was read as x"),
         ("x [ft],y [ft]\n3.280839895,6.56167979\n11.482939633,13.123359580\n", "(a unit is 0.3048 m)"),
     ],
 )

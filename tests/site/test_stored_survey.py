@@ -53,7 +53,9 @@ def test_a_worker_without_the_folder_that_was_opened_reads_the_drawing(
     assert (areas[0].mask == areas[1].mask).all()
     monkeypatch.setattr(drawn_cells, "_areas", {})
     s3.store("drawn").put(OUTLINES, b"another")
-    with pytest.raises(StoreError, match=r"s3://bucket/drawn/F1/geojson_map.json: has changed meanwhile; run the same"):
+    with pytest.raises(
+        StoreError, match=r"s3://bucket/drawn/F1/geojson_map.json: was changed during the run; run the same"
+    ):
         prepared_session(there)
 
 

@@ -204,7 +204,7 @@ def test_what_cannot_be_used_after_an_undo_is_not_written(page: Page, faulty: Pa
     before = exclude("12") + "\n[[set_floor]]\nfloor = 1\nto = 9\n"
     refused = page.client.post("/api/corrections/undo", json={"before": before, "after": exclude("12")})
     assert refused.status_code == 422
-    assert "floor 9, which is not there" in refused.json()["message"]
+    assert "floor 9, which does not exist" in refused.json()["message"]
     assert file.read_text() == exclude("12")
 
 
@@ -226,7 +226,7 @@ def test_a_change_is_shown_of_the_entry_that_the_page_meant(page: Page, faulty: 
     ("change", "said"),
     [
         ({"action": "add", "table": "exclude_span", "values": {"from_s": 9, "to_s": 2}}, "from_s must be less"),
-        ({"action": "add", "table": "set_floor", "values": {"floor": 1, "to": 9}}, "floor 9, which is not there"),
+        ({"action": "add", "table": "set_floor", "values": {"floor": 1, "to": 9}}, "floor 9, which does not exist"),
         ({"action": "remove", "table": "exclude_span", "number": 4}, "there is no [[exclude_span]] number 4"),
         ({"action": "explode"}, "changes.0"),
     ],

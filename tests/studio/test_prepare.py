@@ -159,7 +159,7 @@ def test_walls_are_painted_into_the_mask_that_every_command_reads(studio: Page, 
     assert [area["coordinates"], *area["holes"]] == kept["rings"]
     everything = {"walkable": False, "shape": "polygon", "points": [(-1, -1), (21, -1), (21, 11), (-1, 11)]}
     nowhere = studio.client.post("/api/prepare/walls", json={"floor": 2, "strokes": [everything], "write": True})
-    assert "nothing on the plan can be walked" in refused(nowhere)
+    assert "the plan has no walkable space" in refused(nowhere)
     assert studio.post("/api/prepare/walls", {"floor": 2, "anew": True, "write": True})["area_m2"] == whole["area_m2"]
     assert not (folder / "survey" / "floor_2" / "floorplan.mask.png").exists()
 

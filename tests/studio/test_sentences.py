@@ -32,13 +32,14 @@ REFUSALS = {"SurveyError", "UsageError", "OutputError"}
 ELSEWHERE = {"ilc20.py", "getsensordata.py", "evaluate.py", "evaluate_session.py"}
 """Of formats that are imported and of other commands."""
 OF_ILC20 = {
-    "the floor's name tells no number: its traces are left out; call the folder F1, F2, ... or B1, ...",
-    'cannot be read; expected {"map_info": {"width": ..., "height": ...}}, metres; '
+    "the folder's name contains no floor number, so its traces are skipped; "
+    "rename the folder to F1, F2, ... or B1, ...",
+    'the file cannot be read; expected {"map_info": {"width": ..., "height": ...}}, metres; '
     "the floor's extent is taken from the data",
     "{1} is read instead; remove one of the two",
 }
 """Of floors in the layout of the Indoor Location Competition 2.0, which is imported, not prepared."""
-OF_OPTIONS = {"'{1}' is no size of paper; there are: {2}"}
+OF_OPTIONS = {"'{1}' is not a paper size; available are: {2}"}
 """The page offers a choice."""
 
 

@@ -54,7 +54,7 @@ def drags_one(page: Page) -> None:
     saves(page)
     (entry,) = entries(page)
     assert (entry["at_s"], entry["x"], entry["y"]) == (first["at_s"], *moved)
-    expect(page.get_by_text("The walk is taken to be at")).to_be_visible()
+    expect(page.get_by_text("The walk is placed at")).to_be_visible()
 
 
 def types_one(page: Page) -> None:

@@ -18,8 +18,8 @@ def listen(host: str, port: int) -> socket.socket:
         family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
         return socket.create_server((host, port), family=family, backlog=64)
     except (OSError, UnicodeError) as error:
-        why = getattr(error, "strerror", None) or "no name of a computer"
-        raise UsageError(f"--host {host} --port {port}: cannot be listened on: {why}") from error
+        why = getattr(error, "strerror", None) or "it is not the name of a computer"
+        raise UsageError(f"--host {host} --port {port}: cannot listen there: {why}") from error
 
 
 def local_address() -> str:
@@ -33,7 +33,7 @@ def local_address() -> str:
 
 
 def url_for(host: str, port: int, token: str) -> str:
-    """Address for phones; the token stands in the fragment, which browsers do not send."""
+    """Address for phones; the token is in the fragment, which browsers do not send."""
     address = local_address() if host in EVERYWHERE else host
     return f"http://{f'[{address}]' if ':' in address else address}:{port}/#{token}"
 

@@ -1,6 +1,6 @@
 """The exceptions that users can meet: one family, one clear message each.
 
-One of them tells which extra of the package has what a base installation lacks.
+:class:`MissingExtraError` names the extra to install for a feature that the base installation does not include.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ class SessionError(Vislam2tagError):
 
 
 class DatasetError(Vislam2tagError):
-    """The folder or file is no data set, or holds what a data set cannot be."""
+    """The folder or file is not a data set, or contains something else."""
 
 
 class ModelError(Vislam2tagError):
-    """The file is no positioning model, damaged, or of a version that cannot be used."""
+    """The file is not a positioning model, damaged, or of a version that cannot be used."""
 
 
 class OutputError(Vislam2tagError):
@@ -65,7 +65,7 @@ _EXTRAS = {
     "docs": ("vislam2tag_docs",),
     "models": ("onnx", "onnxscript", "torch"),
 }
-"""By extra (pyproject.toml), the packages whose lack names it; segno is in ``prepare``, too."""
+"""By extra (pyproject.toml), the packages that identify it if they are missing; segno is in ``prepare``, too."""
 
 
 class MissingExtraError(UsageError):
@@ -77,13 +77,13 @@ def missing_extra(error: ModuleNotFoundError) -> str | None:
     package = (error.name or "").partition(".")[0]
     for extra, packages in _EXTRAS.items():
         if package in packages:
-            smaller = " (where there is no GPU, install PyTorch's build for CPUs first: it is far smaller)"
+            smaller = " (without a GPU, first install PyTorch's CPU build, which is much smaller)"
             return f"needs {package}: pip install 'vislam2tag[{extra}]'{smaller if extra == 'models' else ''}"
     return None
 
 
 def import_extra(module: str) -> ModuleType:
-    """Import a module that needs packages of an extra; raises MissingExtraError that names it where they lack."""
+    """Import a module that needs packages of an extra; raises MissingExtraError if they are missing."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""What checks tell: findings, data problems that are counted and reported instead of raised or dropped, and the answer.
+"""What checks report: findings (data problems that are counted and reported, not raised or dropped), and the answer.
 
 A check answers that nothing is wrong, that something is, that it did not look, or that it could not judge; an empty
 list of findings is none of these. It keeps its :class:`Judgement` beside its list, in files and in what ``--json``
@@ -21,7 +21,7 @@ ROWS_NAMED = 5
 
 
 class Severity(StrEnum):
-    """How much a finding matters to whoever uses the labels."""
+    """How much a finding matters to users of the labels."""
 
     INFO = "info"
     WARNING = "warning"

@@ -1,6 +1,6 @@
 """What statuses and events mean to a reader, and how they are drawn.
 
-The colours are those of Okabe and Ito, which the colour-blind can tell apart.
+The colours are those of Okabe and Ito, which the colour-blind can distinguish.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from vislam2tag.core.status import EventKind, Status
 
 @dataclass(frozen=True)
 class StatusStyle:
-    """Name, one-sentence meaning, colour and line dash of a status (the dash tells causes apart in grey prints)."""
+    """Name, one-sentence meaning, colour and line dash of a status (the dash distinguishes causes in grey prints)."""
 
     label: str
     name: str
@@ -34,7 +34,7 @@ STATUS_STYLES: dict[str, StatusStyle] = {
             "uncertain",
             "#56b4e9",
             "solid",
-            "A position is given, but with less certainty than the survey asks for; not counted as labelled.",
+            "The position is less certain than the survey requires, so it does not count as labelled.",
         ),
         _style(
             Status.BEFORE_FIRST_LANDMARK,
@@ -62,7 +62,8 @@ STATUS_STYLES: dict[str, StatusStyle] = {
             "break",
             "#cc79a7",
             "dashdot",
-            "The recorded path jumps farther than a person walks, so the stretch between two landmarks is discarded.",
+            "The recorded path jumps further than a person can walk, so the stretch between two landmarks is "
+            "discarded.",
         ),
         _style(
             Status.NO_MAPPING,
@@ -76,7 +77,7 @@ STATUS_STYLES: dict[str, StatusStyle] = {
             "gap",
             "#009e73",
             "dot",
-            "The reading lies between two camera frames too far apart in time to fill the hole.",
+            "The reading is between two camera frames that are too far apart in time to interpolate.",
         ),
         _style(
             Status.OUTSIDE_FRAMES,
@@ -90,7 +91,7 @@ STATUS_STYLES: dict[str, StatusStyle] = {
             "repeated",
             "#c4c4c4",
             "dot",
-            "The same frame or reading was recorded before; it counts once, and this one in no percentage.",
+            "The same frame or reading was recorded before. It counts once, and the repetition is in no percentage.",
         ),
         _style(
             Status.INVALID,
@@ -123,40 +124,42 @@ EVENT_STYLES: dict[EventKind, EventStyle] = {
     ),
     EventKind.CORRECTION: EventStyle(
         "correction",
-        "Camera and landmarks moved, but not alike: the tracker corrected its drift.",
+        "Camera and landmarks moved by different amounts: the tracker corrected its drift.",
         "triangle-up-open",
         "#009e73",
     ),
-    EventKind.BREAK: EventStyle("break", "The recorded camera jumped, and nothing else did.", "x-thin-open", "#d55e00"),
+    EventKind.BREAK: EventStyle(
+        "break", "The recorded camera jumped, but the landmarks did not.", "x-thin-open", "#d55e00"
+    ),
     EventKind.RELOCALISATION: EventStyle(
         "relocalisation",
-        "The recorded camera jumped as the tracker recognised where it was.",
+        "The recorded camera jumped when the tracker recognised its surroundings.",
         "star-open",
         "#cc79a7",
     ),
     EventKind.LOSS: EventStyle(
         "loss",
-        "Tracking was lost for a while; the size is how far the tracker says the camera went.",
+        "Tracking was lost for a while. The size is the distance that the camera moved, according to the tracker.",
         "square-x-open",
         "#d55e00",
     ),
     EventKind.SLIP: EventStyle(
         "slip",
-        "Between two landmarks the walk drifted far more than usual, as only the landmarks tell; marked midway.",
+        "Between two landmarks the walk drifted far more than usual; the event is marked midway.",
         "hourglass-open",
         "#e69f00",
     ),
     EventKind.STANDING: EventStyle("standing", "No tracker: the walker stood still.", "circle-open", "#6e7781"),
     EventKind.TURN: EventStyle("turn in place", "No tracker: the walker turned on the spot.", "circle-dot", "#0072b2"),
     EventKind.STAIRS: EventStyle(
-        "stairs", "No tracker: air pressure tells of stairs or an escalator walked.", "y-up-open", "#009e73"
+        "stairs", "No tracker: air pressure shows stairs or an escalator.", "y-up-open", "#009e73"
     ),
     EventKind.LIFT: EventStyle(
-        "lift", "No tracker: air pressure tells of a ride without a step.", "square-open", "#009e73"
+        "lift", "No tracker: air pressure shows a change of height without steps.", "square-open", "#009e73"
     ),
     EventKind.DOUBTFUL_FIX: EventStyle(
         "doubtful fix",
-        "A known position lies farther from where the walk's others put it than chance explains.",
+        "A known position contradicts the other positions of the walk by more than chance.",
         "diamond-x-open",
         "#d55e00",
     ),

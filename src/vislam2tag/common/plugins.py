@@ -1,9 +1,9 @@
 """What is found by name: built-in modules of one folder, and modules of other installed packages (entry points).
 
-Either kind of module ends with a call that adds what it holds to its :class:`Registry`. A built-in module is called
-like what it adds, ``dead_reckoning.py`` for ``dead-reckoning`` (and ``global_.py``, since ``global`` is a word of
-Python), or its kind says what it adds; an entry point has the name of what its module adds. So names are known before
-anything is imported.
+Either kind of module ends with a call that adds what it contains to its :class:`Registry`. A built-in module has the
+name of what it adds, ``dead_reckoning.py`` for ``dead-reckoning`` (and ``global_.py``, since ``global`` is a keyword),
+or its kind says what it adds. An entry point has the name of what its module adds. So names are known before anything
+is imported.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ class Kind:
             if entry.name in self.built_in or entry.name in found:
                 owner = f"the package {_package_of(found[entry.name])}" if entry.name in found else "vislam2tag itself"
                 _warn(
-                    f"the {self.words} '{entry.name}' of the package {_package_of(entry)} is left out: "
-                    f"{owner} has one of this name"
+                    f"the {self.words} '{entry.name}' of the package {_package_of(entry)} is skipped, because {owner} "
+                    "has the same name"
                 )
             else:
                 found[entry.name] = entry
@@ -113,7 +113,7 @@ class Registry(Generic[Item]):
     """What there is of one kind, by name; only what is asked for is imported."""
 
     def __init__(self, kind: Kind) -> None:
-        """Take what it holds; its items come when their modules are imported."""
+        """Take its kind; its items come when their modules are imported."""
         self._kind = kind
         self._items: dict[str, Item] = {}
         self._unusable: dict[str, _UnusablePluginError] = {}
@@ -122,7 +122,7 @@ class Registry(Generic[Item]):
         """Make something known by name; called at the end of its module. Raises UsageError for a name that is taken."""
         built_in = self._kind.built_in.get(name)
         if name in self._items or (built_in is not None and built_in not in sys.modules):
-            raise UsageError(f"there is a {self._kind.words} called '{name}' already; choose another name")
+            raise UsageError(f"there already is a {self._kind.words} '{name}'; choose another name")
         self._items[name] = item
 
     def names(self) -> tuple[str, ...]:
@@ -140,7 +140,7 @@ class Registry(Generic[Item]):
             elif name in self._kind.installed:
                 self._load(self._kind.installed[name])
             else:
-                raise UsageError(f"no {self._kind.words} is called '{name}'; there are: {', '.join(self.names())}")
+                raise UsageError(f"there is no {self._kind.words} '{name}'; available are: {', '.join(self.names())}")
         return self._items[name]
 
     def all(self) -> Mapping[str, Item]:
@@ -178,6 +178,6 @@ def _package_of(entry: EntryPoint) -> str:
 
 
 def _warn(message: str) -> None:
-    """Tell it once: worker processes find the same."""
+    """Report it once: worker processes find the same."""
     if multiprocessing.parent_process() is None:
         _log.warning("%s", message)

@@ -14,7 +14,7 @@ class Record(BaseModel):
 
 
 class FiniteRecord(Record, allow_inf_nan=False):
-    """A record whose numbers are finite, but for fields that say otherwise."""
+    """A record whose numbers are finite, except for fields that say otherwise."""
 
 
 class SettingsRecord(FiniteRecord):

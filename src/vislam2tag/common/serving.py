@@ -51,7 +51,7 @@ class RefusalLog:
         """Report a refusal, or only count it."""
         if self.clock() - self._since_s >= MINUTE_S:
             if self._count > REPORTED_A_MINUTE:
-                self.report("", f"{self._count - REPORTED_A_MINUTE} more requests without the token in a minute")
+                self.report("", f"{self._count - REPORTED_A_MINUTE} more requests without the token within a minute")
             self._since_s, self._count = self.clock(), 0
         self._count += 1
         if self._count <= REPORTED_A_MINUTE:

@@ -37,7 +37,7 @@ def latex_table(
 ) -> str:
     """Write a ``tabular`` (package booktabs) below its title as a comment; cells are LaTeX already.
 
-    ``heads`` are one line or several, the last with a cell for each column. A rule stands before each group of rows.
+    ``heads`` are one line or several, the last with a cell for each column. A rule precedes each group of rows.
     """
     columns = "l" * texts + "r" * (len(heads[-1]) - texts)
     lines = [f"% {title}", f"\\begin{{tabular}}{{{columns}}}", "\\toprule", *map(_latex_row, heads)]
@@ -51,7 +51,7 @@ def _latex_row(cells: Sequence[str]) -> str:
 
 
 def latex_escaped(text: str) -> str:
-    """Write text so that LaTeX prints it as it stands."""
+    """Write text so that LaTeX prints it unchanged."""
     return "".join(f"\\{letter}" if letter in "&%$#_{}" else letter for letter in text)
 
 

@@ -1,4 +1,4 @@
-"""Text for terminals and logs: names from files may hold control characters, which a terminal would obey.
+"""Text for terminals and logs: names from files may contain control characters, which a terminal would obey.
 
 Escape sequences can rewrite what was printed, set titles or fill the clipboard; marks of writing direction let a name
 read as another. They are shown as JSON writes them (``\\u001b``), so that JSON stays what it was.

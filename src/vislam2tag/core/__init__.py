@@ -1,7 +1,7 @@
 """The numeric core: arrays in frozen dataclasses; no files, no data frames, no plots.
 
-Data meet it in this order: what a session logged (``tracks``, with what its tracker and building say in ``context``),
-closest approaches to landmarks (``visits``), a trajectory with the cause of each gap (``tracks``, ``status``), a
-position for any time (``interpolation``). The rest is algebra that many need: ``transforms``, ``robust``,
+Data pass through these modules in order. ``tracks`` has the log of a session, ``context`` its tracker and building.
+``visits`` finds closest approaches to landmarks. ``tracks`` and ``status`` have the trajectory, with the cause of each
+gap, and ``interpolation`` a position for any time. The rest is shared algebra: ``transforms``, ``robust``,
 ``path_length``, ``clocks``, ``cell_grid``.
 """

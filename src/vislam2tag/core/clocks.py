@@ -1,11 +1,11 @@
 """By how much one clock is ahead of another: of two recorders of one walk, or of two streams of one recorder.
 
-Two recorders are aligned by motion that both felt, by levels of access points that both heard, or by taps on both. Of
-all offsets the one is taken at which the two agree best, if no other fits nearly as well (:func:`best_of`).
+Two recorders are aligned by motion that both measured, by levels of access points that both received, or by taps on
+both. The offset with the best agreement is used, if no other fits nearly as well (:func:`best_of`).
 
-Motion is any norm that both felt alike: of the turn rate (gyroscope), or of the acceleration. The offset is looked for
-everywhere by correlating the whole series, then refined in windows of a few seconds each: how their offsets scatter
-about a line gives its sigma, and the line's slope by how much one clock runs faster.
+Motion is any norm that both measured alike: of the turn rate (gyroscope), or of the acceleration. The offset is found
+by correlating the whole series, then refined in windows of a few seconds each. The scatter of their offsets about a
+line gives sigma. The slope of the line gives by how much one clock runs faster.
 
 Poses of one phone may be stamped late as well: when drawn, not when exposed (:func:`estimate_pose_lag`).
 """
@@ -30,12 +30,12 @@ LONGEST_S = 86400.0
 LEAST_CORRELATION = 0.5
 """Below this two series do not describe the same motion ..."""
 LEAST_MARGIN = 0.15
-"""... nor where another offset, farther than :data:`OTHER_OFFSET_S` off, fits nearly as well."""
+"""... nor where another offset, further than :data:`OTHER_OFFSET_S` off, fits nearly as well."""
 OTHER_OFFSET_S = 2.0
 LEAST_NEAR_MARGIN = 0.1
-"""Nearer offsets at which the correlation has another peak, such as a step earlier, must fit worse by this."""
+"""Closer offsets at which the correlation has another peak, such as a step earlier, must fit worse by this."""
 LEAST_RIVAL_S = 0.1
-"""... nearer ones are one peak, made uneven by noise."""
+"""... closer ones are one peak, made uneven by noise."""
 WINDOW_S, FEWEST_WINDOWS, FEWEST_FOR_RATE = 5.0, 5, 12
 USUAL_RATE = 5e-5
 """Clocks of phones and loggers run at rates that differ by less: what a walk too short to show it may be off by."""
@@ -43,12 +43,12 @@ FINE_STEP_S, FINE_REACH_S, SMOOTH_S = 0.01, 1.5, 0.06
 STAMPS_SIGMA_S = 0.001
 """Stamps are hardly ever better than this; all windows share the error, so that their scatter does not show it."""
 EITHER_END = 1.125
-"""How much wider than at one end the sigma is within which, twice, the error at both ends of a line lies as often as a
-normal error lies within two sigma. Of evenly spread windows the errors at the ends correlate by -1/2: with the normal
-distribution of two such both lie within 2.25 of their sigmas as often as one lies within 2.
+"""How much wider than at one end the sigma is within which, twice, the error at both ends of a line is as often as a
+normal error is within two sigma. Of evenly spread windows the errors at the ends correlate by -1/2: with the normal
+distribution of two such both lie within 2.25 of their sigmas as often as one is within 2.
 """
 _OUTLIER = 4.0
-"""Windows farther from the line than so many times the median distance (as a sigma) do not count."""
+"""Windows further from the line than so many times the median distance (as a sigma) do not count."""
 
 
 def best_of(offsets: npt.NDArray[Any], agreement: npt.NDArray[Any], apart: float) -> tuple[int, float]:
@@ -173,7 +173,7 @@ def _refined(
             middles.append(left + WINDOW_S / 2)
             offsets.append(lag)
     if len(offsets) < FEWEST_WINDOWS:
-        return ClockAlignment(None, figures=f"{fit}; only {len(offsets)} stretches of {WINDOW_S:g} s tell it alike")
+        return ClockAlignment(None, figures=f"{fit}; only {len(offsets)} stretches of {WINDOW_S:g} s agree on it")
     rival = _rival(lags, np.mean(all_correlations, axis=0))
     if rival is not None:
         return ClockAlignment(None, figures=f"{fit}; an offset {rival:+.2f} s from there fits nearly as well")
@@ -190,7 +190,7 @@ def _means(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> FloatArr
 
 
 def _rival(lags: FloatArray, correlation: FloatArray) -> float | None:
-    """How far off another peak lies that is nearly as high as the highest; None where none is."""
+    """How far off another peak is that is nearly as high as the highest; None where none is."""
     best = int(np.argmax(correlation))
     inner = correlation[1:-1]
     peaks = np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:])) + 1
@@ -243,12 +243,12 @@ def align_by_levels(theirs: Heard, ours: Heard) -> ClockAlignment:
     """Align two clocks by access points that both heard; levels of two devices may differ by a constant."""
     shared = [bssid for bssid in theirs if bssid in ours]
     if not shared:
-        return ClockAlignment(None, figures="no access point was heard by both")
+        return ClockAlignment(None, figures="no access point was received by both")
     first = min(int(theirs[b][0][0]) for b in shared) - max(int(ours[b][0][-1]) for b in shared)
     last = max(int(theirs[b][0][-1]) for b in shared) - min(int(ours[b][0][0]) for b in shared)
     step_ns = int(_HEARD_STEP_S * 1e9)
     if not 0 < last - first <= _MOST_OFFSETS * step_ns:
-        return ClockAlignment(None, figures=f"{len(shared)} access points in common, in times too far apart")
+        return ClockAlignment(None, figures=f"{len(shared)} access points in common, but too far apart in time")
     offsets = np.arange(first, last, step_ns)
     costs = np.array([_cost(theirs, ours, shared, int(offset)) for offset in offsets])
     best, elsewhere = best_of(offsets, -costs, _APART_S * 1e9)
@@ -319,7 +319,7 @@ def _cost(theirs: Heard, ours: Heard, shared: Sequence[str], offset_ns: int) -> 
 
 
 TOGETHER_S = 0.4
-"""Taps with two hands, or one after the other at once, are no farther apart."""
+"""Taps with two hands, or one after the other at once, are no further apart."""
 FEWEST_TAPS = 4
 """Fewer taps in common fall together by chance."""
 _TAPS_LEAD = 2
@@ -331,7 +331,7 @@ def align_by_taps(theirs_ns: IntArray, ours_ns: IntArray) -> ClockAlignment:
     """Align two clocks by taps (n,) and (m,), ns; the offset brings most of them together."""
     theirs, ours = np.unique(theirs_ns), np.unique(ours_ns)
     if min(len(theirs), len(ours)) < FEWEST_TAPS:
-        return ClockAlignment(None, figures=f"{len(theirs)} and {len(ours)} taps, {FEWEST_TAPS} of each are needed")
+        return ClockAlignment(None, figures=f"{len(theirs)} and {len(ours)} taps, but {FEWEST_TAPS} of each are needed")
     if max(len(theirs), len(ours)) > _MOST_TAPS:
         return ClockAlignment(None, figures=f"more than {_MOST_TAPS} taps")
     apart = np.sort((theirs[:, None] - ours[None, :]).ravel())

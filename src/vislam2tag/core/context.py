@@ -1,4 +1,4 @@
-"""What a tracker says of itself at each frame, where its log tells."""
+"""The state that a tracker logs at each frame, if it does."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class TrackerState:
-    """State of the tracker at ``n`` frames: ``tracking`` (n,) mask; ``section`` (n,) int: between frames of
-    different sections the tracker began anew, and nothing connects them; ``failure`` (n,) index into ``failures``, the
-    tracker's words for why it lost track.
+    """State of the tracker at ``n`` frames: ``tracking`` (n,) mask. ``section`` (n,) int: between frames of different
+    sections the tracker restarted, and nothing connects them. ``failure`` (n,) index into ``failures``, the tracker's
+    words for why it lost track.
     """
 
     tracking: BoolArray
@@ -33,7 +33,7 @@ NO_FAILURE = "NONE"
 
 @dataclass(frozen=True)
 class AnchorLog:
-    """Poses of points that the tracker holds fixed in its map, ``k`` rows sorted by (anchor, frame).
+    """Poses of points that the tracker keeps fixed in its map, ``k`` rows sorted by (anchor, frame).
 
     ``anchor`` (k,) number; ``frame`` (k,) index into the camera track; ``position_acs`` (k, 3) metres;
     ``orientation_acs`` (k, 4) quaternion (x, y, z, w). They are never looked at: they move only with the map.
@@ -50,7 +50,7 @@ class Storeys:
     """The floors of a building, ``s`` of them, in order of their numbers.
 
     ``number`` (s,) int; ``elevation_m`` (s,) metres above the building's zero, NaN where unknown; ``own`` is the floor
-    that a session lies under: where it starts.
+    that a session is under: where it starts.
     """
 
     own: int
@@ -70,8 +70,8 @@ class PressureLog:
 class InertialLog:
     """Inertial readings beside a walk, boot clock; the times of each sensor increase strictly.
 
-    ``force_ns`` (a,) and ``force`` (a, 3): accelerometer, m/s^2, gravity included; ``rate_ns`` (g,) and ``rate``
-    (g, 3): gyroscope, rad/s; ``orientation_ns`` (r,) and ``orientation`` (r, 4): rotation vector as a unit quaternion
+    ``force_ns`` (a,) and ``force`` (a, 3): accelerometer, m/s^2, gravity included. ``rate_ns`` (g,) and ``rate``
+    (g, 3): gyroscope, rad/s. ``orientation_ns`` (r,) and ``orientation`` (r, 4): rotation vector as a unit quaternion
     (x, y, z, w), device to east-north-up; empty where there is none. All are finite, in the device's axes.
     """
 

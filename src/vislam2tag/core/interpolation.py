@@ -13,9 +13,9 @@ from vislam2tag.core.tracks import Trajectory
 
 @dataclass(frozen=True)
 class Labels:
-    """Positions of ``r`` readings: ``position_bcs`` (r, 3) metres, NaN where there is none; ``sigma_m`` (r,) metres,
-    NaN only where it is not known; ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`; ``floor`` (r,)
-    that of the nearer frame, empty where the trajectory's is (all on the session's own floor) or there is no frame.
+    """Positions of ``r`` readings: ``position_bcs`` (r, 3) metres, NaN where there is none. ``sigma_m`` (r,) metres,
+    NaN only where it is not known. ``status`` (r,) codes of :class:`~vislam2tag.core.status.Status`. ``floor`` (r,)
+    that of the closer frame, empty where the trajectory's is (all on the session's own floor) or there is no frame.
     """
 
     position_bcs: FloatArray

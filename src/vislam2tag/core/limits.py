@@ -1,4 +1,4 @@
-"""Limits on what a file may make the program compute or hold in memory: each with its unit and its reason.
+"""Limits on what a file may make the program compute or keep in memory: each with its unit and its reason.
 
 A file of some kilobytes can state any number: how wide a floor is, how long a recording lasted, how many landmarks
 were seen. What follows from such a number is bounded here, far above real surveys.
@@ -44,7 +44,7 @@ MAX_CONTROL_POINTS = 2_000
 """Control points of a floor: each press is compared with each pair of them (32 MB). Floors have about a hundred."""
 
 MAX_REACH_CELLS = 1_000
-"""Cells of a map that are farther along an axis from the median cell are not drawn (32 MB): one wrong position must
+"""Cells of a map that are further along an axis from the median cell are not drawn (32 MB): one wrong position must
 not make the map as large as its error."""
 
 MAX_LEVEL_CELLS = 40_000_000

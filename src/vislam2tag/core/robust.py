@@ -1,8 +1,8 @@
-"""Robust re-weighting: variances by Student's t, and an iteration that ends where it has converged, or says that not.
+"""Robust re-weighting: variances by Student's t, and an iteration that reports whether it converged.
 
-Observations of which some may be quite wrong are weighted by what the last solution misses them by, and solved for
-again (iteratively re-weighted least squares; for Student's t it is expectation maximisation: Lange, Little and Taylor
-1989). It converges linearly, in few rounds or in many.
+Observations that may contain gross errors are weighted by their residuals in the last solution, and solved for again:
+iteratively re-weighted least squares. For Student's t it is expectation maximisation (Lange, Little and Taylor 1989).
+It converges linearly, in few rounds or in many.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vislam2tag.core.arrays import FloatArray
 
 _State = TypeVar("_State")
 TRUSTED = 0.9
-"""This share of comparisons, the least, tells how far off comparisons usually are; faults are among the others."""
+"""The smallest comparisons, up to this share, estimate the usual size of errors; faults are among the others."""
 TRUSTED_MEAN_SQUARE = 2 - np.log(10) * 2 / 9
 """Mean of the square of two normal numbers, in units of their variance, below the quantile :data:`TRUSTED`."""
 _log = logging.getLogger(__name__)
@@ -71,7 +71,7 @@ def iterate(
     """Repeat ``step``, which takes a state and the number of the round (from 1), until it hardly moves the state.
 
     ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
-    converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, nobody asks.
+    converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, no one asks.
     Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
     state, size = start, float("inf")
@@ -81,7 +81,7 @@ def iterate(
         if number >= least_rounds and size < tolerance:
             return IterationResult(state, number, size, converged=True)
     if logged:
-        _log.warning("%s did not converge: after %d rounds one still moves it by %g", what, most_rounds, size)
+        _log.warning("%s did not converge: after %d iterations it still changes by %g", what, most_rounds, size)
     return IterationResult(state, most_rounds, size, converged=False)
 
 

@@ -61,7 +61,7 @@ def labelled_share(counts: Mapping[str, int]) -> float | None:
 
 
 class EventKind(StrEnum):
-    """What a step of the tracker was that is no motion of the camera; without tracker, what happened on the walk."""
+    """What a step of the tracker was that is not a motion of the camera; without tracker, what happened on the walk."""
 
     MAP_UPDATE = "map_update"
     """Camera and landmarks moved together: the tracker re-expressed its frame. Harmless."""
@@ -80,16 +80,16 @@ class EventKind(StrEnum):
     TURN = "turn"
     """No tracker: the walker turned on the spot, by ``turn_rad``."""
     STAIRS = "stairs"
-    """No tracker: air pressure tells of ``size_m`` up or down, on foot."""
+    """No tracker: air pressure shows ``size_m`` up or down, on foot."""
     LIFT = "lift"
-    """No tracker: air pressure tells of ``size_m`` up or down without a step."""
+    """No tracker: air pressure shows ``size_m`` up or down without a step."""
     DOUBTFUL_FIX = "doubtful_fix"
-    """No tracker: a known position lies ``size_m`` from where the walk's others put it."""
+    """No tracker: a known position is ``size_m`` from where the walk's others put it."""
 
 
 @dataclass(frozen=True)
 class TrackerEvent:
-    """A step of the tracker that is no motion, between the usable frame before ``frame`` and ``frame``.
+    """A step of the tracker that is not a motion, between the usable frame before ``frame`` and ``frame``.
 
     ``size_m`` is the length of the jump in metres, ``turn_rad`` its turn about the vertical (NaN where unknown).
     """

@@ -41,10 +41,10 @@ def _no_rows() -> IntArray:
 class CameraTrack:
     """Camera poses of a session in file order, ``n`` frames; compared by identity.
 
-    ``time_ns`` (n,) int64 boot-clock nanoseconds; ``position_acs`` (n, 3) metres; ``orientation_acs`` (n, 4)
-    unit quaternion (x, y, z, w), camera to ACS; ``status`` (n,) codes: OK for usable frames, DUPLICATE for a
-    repeated time (the first counts), INVALID for a backward time, a number that is not finite or an excluded span.
-    Usable frames have strictly increasing times.
+    ``time_ns`` (n,) int64 boot-clock nanoseconds. ``position_acs`` (n, 3) metres. ``orientation_acs`` (n, 4) unit
+    quaternion (x, y, z, w), camera to ACS. ``status`` (n,) codes: OK for usable frames, DUPLICATE for a repeated time
+    (the first counts), INVALID for a backward time, a number that is not finite or an excluded span. Usable frames have
+    strictly increasing times.
     """
 
     time_ns: IntArray
@@ -56,28 +56,28 @@ class CameraTrack:
     pressure: PressureLog | None = None
     """Air pressure on the same clock; None where none was logged."""
     pose_lag_s: float | None = None
-    """How much later than exposed poses are stamped, by the gyroscope, seconds; None where nothing tells."""
+    """How much later than exposed poses are stamped, by the gyroscope, seconds; None if unknown."""
     exposure_known: bool = False
     """Whether times are those of the exposure, so that there is no lag."""
     state: TrackerState | None = None
-    """What the tracker said of itself; None where the log does not tell."""
+    """What the tracker said of itself; None if the log does not contain it."""
     anchors: AnchorLog | None = None
     """Points that the tracker held fixed in its map; None where none were logged."""
     told_floors: ToldFloors | None = None
-    """Where the walker said to have come to another floor; None where nobody said so."""
+    """Where the walker said to have come to another floor; None where no one said so."""
     inertial: InertialLog | None = None
     """Inertial readings on the same clock; None where none were logged."""
     fixes: FixLog | None = None
-    """Where the walker is known to have been; None where nobody said."""
+    """Where the walker is known to have been; None where no one said."""
     area: WalkableArea | None = None
-    """Where the session's floor can be walked, for walks without a tracker; None where no drawing of it tells."""
+    """Where the session's floor can be walked, for walks without a tracker; None if no drawing shows it."""
 
     ways: WalkedWays | None = None
     """Where other walks led on the session's floor, for walks without a tracker; None where it is mapped alone."""
     ties: PlaceTies | None = None
     """Where other walks say that this one was; None where it is mapped without them."""
     tracker: TrackerNoise | None = None
-    """How noisy the device's tracker is, as its other walks tell; None where nobody tells."""
+    """How noisy the device's tracker is, estimated from its other walks; None if unknown."""
 
     @property
     def usable(self) -> BoolArray:
@@ -117,10 +117,10 @@ class CameraTrack:
 class LandmarkLog:
     """All logged landmark poses of a session in long form, ``k`` rows sorted by (landmark, frame).
 
-    ``ids``: the m landmark ids logged, in order of first sighting. ``landmark`` (k,) index into ``ids``;
-    ``frame`` (k,) index into the camera track; at most one row per (landmark, frame), only usable frames;
-    ``position_acs`` (k, 3) metres; ``orientation_acs`` (k, 4) quaternion (x, y, z, w), landmark to ACS.
-    Rows of lost tracking (pose equal to the camera's) are kept: use :attr:`lost`. Compared by identity.
+    ``ids``: the m landmark ids logged, in order of first sighting. ``landmark`` (k,) index into ``ids``. ``frame`` (k,)
+    index into the camera track; at most one row per (landmark, frame), only usable frames. ``position_acs`` (k, 3)
+    metres; ``orientation_acs`` (k, 4) quaternion (x, y, z, w), landmark to ACS. Rows of lost tracking (pose equal to
+    the camera's) are kept: use :attr:`lost`. Compared by identity.
     """
 
     ids: tuple[str, ...]
@@ -133,7 +133,7 @@ class LandmarkLog:
     row: IntArray = field(default_factory=_no_rows)
     """(k,) 1-based line of the raw file; empty where the rows come from no file."""
     seen: BoolArray | None = None
-    """(k,) mask of the rows in which the tracker says that it saw the landmark; None where the log does not tell."""
+    """(k,) mask of the rows in which the tracker says that it saw the landmark; None if the log does not contain it."""
 
     @cached_property
     def offsets(self) -> IntArray:
@@ -199,7 +199,7 @@ class Landmarks(Summarised):
     source: tuple[str, ...] = ()
     """(m) file and 1-based line of each, ``floor_1/marker_dict.csv:3``; empty where they come from no file."""
     storeys: Storeys | None = None
-    """The building's floors as the session sees them; None where nobody asks for heights."""
+    """The building's floors as the session sees them; None where no one asks for heights."""
     joint_covariance: FloatArray | None = None
     """(3m, 3m) of x, y of each, then of all headings (m^2, m rad, rad^2), where landmarks share errors; rows of what is
     unknown mean nothing. None where they err apart, by ``covariance_bcs`` and ``heading_sigma_rad`` alone."""
@@ -288,11 +288,10 @@ class Segment:
 class Trajectory(Drawable):
     """A mapped session: one entry for each frame of the camera track, in the same order.
 
-    ``position_bcs`` (n, 3) metres, NaN where there is none (z NaN where no height is known);
-    ``orientation_bcs`` (n, 4) quaternion (x, y, z, w), camera to BCS, NaN where unknown;
-    ``covariance_bcs`` (n, 2, 2) m^2, NaN where unknown; ``status`` (n,) codes of
-    :class:`~vislam2tag.core.status.Status`: every frame has a position or a cause. ``floor`` (n,) int is the floor
-    that each frame lies on; empty where all lie on the session's own.
+    ``position_bcs`` (n, 3) metres, NaN where there is none (z NaN where no height is known). ``orientation_bcs`` (n, 4)
+    quaternion (x, y, z, w), camera to BCS, NaN where unknown. ``covariance_bcs`` (n, 2, 2) m^2, NaN where unknown.
+    ``status`` (n,) codes of :class:`~vislam2tag.core.status.Status`: every frame has a position or a cause. ``floor``
+    (n,) int is the floor that each frame is on; empty where all lie on the session's own.
     """
 
     time_ns: IntArray
@@ -304,7 +303,7 @@ class Trajectory(Drawable):
     visits: tuple[Visit, ...] = ()
     floor: IntArray = field(default_factory=_no_rows)
     events: tuple[TrackerEvent, ...] = ()
-    """Steps of the tracker that are no motion, by frame; only strategies that look for them report any."""
+    """Steps of the tracker that are not motions, by frame; only strategies that look for them report any."""
     contradictions: tuple[Contradiction, ...] = ()
     """Landmarks that contradict the rest, greatest first."""
     passes_left_out: int = 0
@@ -314,7 +313,7 @@ class Trajectory(Drawable):
     fixes_used: int | None = None
     """How many known positions a walk without a tracker was led through; None if it has a tracker."""
     not_converged: tuple[str, ...] = ()
-    """What of it (``path``, ``heights``) was still moving when re-weighting ended."""
+    """Parts of it (``path``, ``heights``) was still moving when re-weighting ended."""
 
     def _facts(self) -> dict[str, object]:
         frames = len(self.time_ns)
@@ -330,7 +329,7 @@ class Trajectory(Drawable):
 
 
 def section_numbers(camera: CameraTrack) -> IntArray:
-    """Numbers (s,) of the sections that have usable frames, in order; one where the log tells of none."""
+    """Numbers (s,) of the sections that have usable frames, in order; one if the log has none."""
     if camera.state is None:
         return np.zeros(1, dtype=np.int64)
     return np.unique(camera.state.section[camera.usable])
@@ -360,7 +359,7 @@ def to_plane(position_acs: FloatArray) -> FloatArray:
 
 
 LANDMARKS_NAMED = 2
-"""So many landmarks tell where a place is: two distances leave two places at most."""
+"""This many landmarks identify a place: two distances leave two places at most."""
 
 
 def near_landmarks(landmarks: Landmarks, floor: int, place_m: tuple[float, float]) -> str:

@@ -50,7 +50,7 @@ class Similarity2:
         """
         p, q = as_complex(source), as_complex(target)
         if p[0] == p[1]:
-            raise ValueError("two coinciding points define no similarity")
+            raise ValueError("two coinciding points do not define a similarity")
         a = complex((q[1] - q[0]) / (p[1] - p[0]))
         return cls(a, complex(q[0]) - a * complex(p[0]))
 
@@ -63,11 +63,11 @@ class Similarity2:
         """
         p, q = as_complex(source), as_complex(target)
         if len(p) < 2:
-            raise ValueError("fewer than two points define no similarity")
+            raise ValueError("fewer than two points do not define a similarity")
         p_mean, q_mean = p.mean(), q.mean()
         spread = float(np.sum(np.abs(p - p_mean) ** 2))
         if not spread > 0:
-            raise ValueError("coinciding points define no similarity")
+            raise ValueError("coinciding points do not define a similarity")
         a = complex(np.vdot(p - p_mean, q - q_mean) / spread)
         return cls(a, complex(q_mean - a * p_mean))
 
@@ -113,7 +113,7 @@ class Affine2:
         design = np.column_stack((source, np.ones(len(source))))
         solution, _, rank, _ = np.linalg.lstsq(design, target, rcond=None)
         if rank < 3:
-            raise ValueError("points on one line define no affine map")
+            raise ValueError("points on one line do not define an affine map")
         return cls(np.asarray(solution[:2].T, dtype=np.float64), np.asarray(solution[2], dtype=np.float64))
 
     @property

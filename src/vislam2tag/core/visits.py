@@ -20,7 +20,7 @@ def usable_rank(camera: CameraTrack) -> IntArray:
 def find_visits(camera: CameraTrack, log: LandmarkLog, radius_m: float) -> tuple[Visit, ...]:
     """Closest approaches to each landmark, sorted by frame.
 
-    For each landmark every maximal run of neighbouring usable frames nearer than ``radius_m`` (3-D distance between
+    For each landmark every maximal run of neighbouring usable frames closer than ``radius_m`` (3-D distance between
     camera and logged pose, metres; rows of lost tracking do not count) gives one visit at its least distance.
     """
     rank = usable_rank(camera)
@@ -53,7 +53,7 @@ def frames_without_landmark(camera: CameraTrack, log: LandmarkLog) -> BoolArray:
     in_sight = np.zeros(len(camera.time_ns), dtype=bool)
     in_sight[log.frame[~log.lost]] = True
     if camera.state is not None and log.frame.size:
-        # Landmarks fall silent where the tracker follows too many of them; that is no loss.
+        # Landmarks fall silent where the tracker follows too many of them; that is not a loss.
         in_sight[log.frame.min() :] |= camera.state.tracking[log.frame.min() :]
     nothing_in_sight: BoolArray = camera.usable & ~in_sight
     return nothing_in_sight

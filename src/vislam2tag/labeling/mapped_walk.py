@@ -67,13 +67,13 @@ class MappedWalk(Drawable):
         """
         rows = frame_of(table, "table")
         if time_column not in rows.columns:
-            raise UsageError(f"table: there is no column {time_column}; found {', '.join(rows.columns) or 'none'}")
+            raise UsageError(f"table: the column {time_column} is missing; it has {', '.join(rows.columns) or 'none'}")
         time_ns = checked_column(rows, "table", time_column, pl.Int64).alias("time_ns")
         times = pl.DataFrame([time_ns, pl.Series("repeated", np.zeros(len(time_ns), dtype=np.bool_))])
         labels = label_readings(times, self.walk.mapped, self.walk.settings)
         labels = labels.drop("time_ns", *(["floor"] if len(self.floors) < 2 else []), strict=False)
         if taken := [name for name in labels.columns if name in rows.columns]:
-            raise UsageError(f"table: there is a column {' and '.join(taken)} already; rename it")
+            raise UsageError(f"table: the column {' and '.join(taken)} already exists; rename it")
         return rows.hstack(labels)
 
     @property

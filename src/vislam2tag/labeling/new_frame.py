@@ -27,7 +27,7 @@ _DECIMALS = 2
 
 
 def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> SessionResult:
-    """A session's result in the new frame; ``changes`` by floor hold all floors that it tells of.
+    """A session's result in the new frame; ``changes`` by floor contain all floors of the result.
 
     Statistics of sigmas and of errors against truth are those of the old scale: where the scale changes they are left
     out, which is a finding.
@@ -36,7 +36,9 @@ def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) ->
     rescaled = not np.isclose(own.scale, 1.0, rtol=0, atol=1e-6)
     findings = list(result.findings)
     if rescaled and (result.sigma is not None or result.errors is not None):
-        message = "statistics of sigmas and errors are left out: the plan's scale changed; process the walk anew"
+        message = (
+            "statistics of sigmas and errors were removed, because the plan's scale changed; process the walk again"
+        )
         findings.append(Finding(kind="statistics_left_out", file="", count=1, message=message, severity=Severity.INFO))
     turned = turned_result(result, changes)
     return turned.model_copy(
@@ -52,7 +54,7 @@ def changed_result(result: SessionResult, changes: Mapping[int, FrameChange]) ->
 
 
 def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> SessionResult:
-    """A result with every place that it tells of in the new frame of its floor."""
+    """A result with every position in the new frame of its floor."""
     own = changes[result.floor]
 
     def moved(mark: VisitMark | EventMark) -> VisitMark | EventMark:
@@ -72,7 +74,7 @@ def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> 
 
 
 def floors_of_result(result: SessionResult) -> set[int]:
-    """Floors that a result tells of."""
+    """Floors of a result."""
     at_times = [*(mark.floor for mark in result.visits), *(mark.floor for mark in result.events)]
     marked = [floor for floor in at_times if floor is not None]
     return {result.floor, *result.elsewhere, *marked, *(mark.floor for mark in result.contradictions)}

@@ -69,7 +69,8 @@ class VisitMark(Record):
 
 
 class EventMark(Record):
-    """A step of the tracker that is no motion; ``position`` is where the camera was then (BCS; None where unmapped)."""
+    """A step of the tracker that is not a motion; ``position`` is where the camera was then (BCS; None where
+    unmapped)."""
 
     time_ns: int
     kind: EventKind
@@ -150,8 +151,8 @@ class ErrorRecord(Record):
     points: int
     """True points, labelled or not."""
     inside: list[int]
-    """Number of errors by the probability of the smallest stated region that holds them, a percent a bin; only errors
-    of labels that state a covariance."""
+    """Number of errors by the probability of the smallest stated region that contains them, a percent a bin; only
+    errors of labels that state a covariance."""
     rows: list[SigmaRow]
     """By sigma, the least first, None before all."""
     truth_part: float = 0.0
@@ -198,7 +199,8 @@ class Drawing(Record):
 
 
 class PassesRecord(Record):
-    """Passes of landmarks in the tracker's own frame, in the order of time: what tells faults of the survey.
+    """Passes of landmarks in the tracker's own frame, in the order of time: input to the search for faults of the
+    survey.
 
     Each list has an entry a pass, but ``drift``, which has one between two; metres and seconds.
     """
@@ -268,9 +270,9 @@ class SessionResult(Record):
     errors: ErrorRecord | None = None
     """None where no truth is known; never used to map."""
     drawing: Drawing = Drawing()
-    """What lies on the session's own floor."""
+    """What is on the session's own floor."""
     elsewhere: dict[int, Drawing] = {}
-    """What lies on each other floor that the walk led to."""
+    """What is on each other floor that the walk led to."""
     corrections: list[str] = []
     """Each use of corrections.toml, one sentence each."""
     passes: PassesRecord | None = None
@@ -325,7 +327,8 @@ class Summary(Record):
 
     @property
     def problem(self) -> str | None:
-        """Why the run is no success, a clause; None if all sessions were mapped by the right ids, to any position."""
+        """Why the run is not a success, a clause; None if all sessions were mapped by the right ids, to any
+        position."""
         if self.failed:
             return next(iter(self.failures.values()), f"{counted(self.failed, 'session')} could not be read or mapped")
         if self.has_wrong_ids:

@@ -29,7 +29,7 @@ class LabelSettings(FiniteRecord):
     rule: LabelRule = LabelRule.INTERPOLATE
     """How a reading gets its position: interpolate between its two frames, or take the next-frame (the paper)."""
     max_gap_s: float = Field(default=1.0, gt=0)
-    """No interpolation between frames farther apart than this, seconds."""
+    """No interpolation between frames further apart than this, seconds."""
     max_sigma_m: float = Field(default=0.5, gt=0, allow_inf_nan=True)
     """Frames and readings whose sigma (one standard deviation per axis) is greater are ``uncertain``, metres.
 
@@ -40,7 +40,7 @@ class LabelSettings(FiniteRecord):
     """The same for sessions without poses, whose positions are never as sure, metres."""
 
     def for_session(self, *, without_poses: bool) -> LabelSettings:
-        """The settings with the limit of sigma that holds for a session."""
+        """The settings with the limit of sigma for a session."""
         return self.model_copy(update={"max_sigma_m": self.max_sigma_without_poses_m}) if without_poses else self
 
     @field_serializer("max_sigma_m", "max_sigma_without_poses_m", when_used="json")
@@ -50,7 +50,7 @@ class LabelSettings(FiniteRecord):
 
 
 class TruthSettings(FiniteRecord):
-    """How exactly true positions are known that labels are compared with, where they do not tell it themselves."""
+    """How exactly true positions are known that labels are compared with, if they do not contain it themselves."""
 
     press_sigma_s: float = Field(default=0.35, ge=0)
     """How early or late a press at a control point is, seconds: the way walked meanwhile is the truth's own error."""
@@ -71,7 +71,7 @@ class ProcessSettings(FiniteRecord):
     strategy: str = "smoother"
     """Name of the mapping strategy."""
     together: bool = False
-    """Whether walks tell one another where landmarks hang, where they led and what they heard there, instead of being
+    """Whether walks share landmark priors, where they led and what they heard there, instead of being
     mapped alone."""
     survey: SurveySettings = SurveySettings()
     findings: FindingSettings = FindingSettings()

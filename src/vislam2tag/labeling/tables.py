@@ -101,7 +101,7 @@ UNITS = {
     "frequency_mhz": "MHz",
     "range_m": "m, from the phone to the access point",
     "range_sigma_m": "m, one standard deviation within the burst",
-    **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android gives them for the sensor"),
+    **dict.fromkeys(("v1", "v2", "v3", "v4", "v5", "v6"), "as Android reports them for the sensor"),
 }
 
 
@@ -133,7 +133,7 @@ def label_readings(
     order stay. A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
     ``duplicate`` and has no position: the first one counts. Readings in an excluded span (start included, end not;
     boot-clock ns) are ``invalid`` and have none either. Readings of a device that was ``attached`` are less sure: by
-    the way walked within its clock's sigma, and by how far from the camera it was carried. Where the trajectory tells
+    the way walked within its clock's sigma, and by how far from the camera it was carried. If the trajectory has
     floors, ``floor`` is added, too.
     """
     labels = _labels(table, trajectory, settings)

@@ -138,7 +138,7 @@ def sheet_detector(folder: Path) -> Detector:
     missing = sorted(set(files) - set(widths))
     if not files or missing:
         what = f"the width of {missing[0]}" if missing else "an image"
-        raise UsageError(f"{folder}: {what} is missing; give the folder `images` that `vislam2tag sheets` wrote")
+        raise UsageError(f"{folder}: {what} is missing; pass the folder `images` that `vislam2tag sheets` wrote")
     pictures = [read_grey(path) for path in files.values()]
     ids = [landmark_id(name) for name in files]
     sizes = [
@@ -199,7 +199,7 @@ def _of_video(path: Path, frame: IntArray) -> Iterator[Picture]:
     video.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
     try:
         if not video.isOpened():
-            raise SessionError(f"{path}: it is no video, or was cut off before its end: it cannot be opened")
+            raise SessionError(f"{path}: the file cannot be opened: it is not a video, or it is incomplete")
         at = -1
         for wanted in frame.tolist():
             while at < wanted:
@@ -217,7 +217,7 @@ QUICK_S = 0.4
 CLOSE_S = 0.6
 """Pictures this near to one that shows a landmark are looked at closely."""
 GREATEST_SIGMA_M = 0.3
-"""A sighting less sure than this, per axis, tells no more than where somebody stood."""
+"""A sighting less sure than this, per axis, shows no more than where somebody stood."""
 
 
 @dataclass(frozen=True)
@@ -286,7 +286,7 @@ def surest(seen: Sequence[Sequence[Seen]], lens_px: FloatArray) -> tuple[dict[st
     """Pose of each landmark in one picture, by what each detector saw, and how many sightings are doubtful.
 
     Of several detectors (a sheet's picture, its tag) the surest counts. A landmark that one detector sees at two places
-    hangs twice: nobody knows which one it is, and neither counts.
+    hangs twice: no one knows which one it is, and neither counts.
     """
     sure: dict[str, Placed] = {}
     doubtful = 0
@@ -310,7 +310,7 @@ def _every(time_ns: IntArray, step_s: float) -> IntArray:
 
 
 MISFIT = 4.0
-"""Corners farther from where the pose puts them, root mean square in their own sigmas, are of something else."""
+"""Corners further from where the pose puts them, root mean square in their own sigmas, are of something else."""
 _CAMERA = np.diag((1.0, -1.0, -1.0))
 """From OpenCV's camera (y down, z ahead) to ours (y up, z back)."""
 _SHEET = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)))

@@ -28,7 +28,7 @@ from vislam2tag.quality.self_check_record import FloorCheck, ProposedPlace
 EVERY_M = 1.0
 """Positions are tied to each other this densely along the walk."""
 REACH = 150
-"""A landmark is not asked to help farther off along the walk than this many such steps."""
+"""A landmark is not asked to help further off along the walk than this many such steps."""
 CELL_M = 1.0
 """Places stand for squares of this side."""
 SIGHT_M = 1.0
@@ -44,8 +44,8 @@ _AROUND = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 2)
 class DensePositions:
     """A walk at some of its frames ``at`` (k,), closely in order.
 
-    ``position`` (k, 2) metres BCS; ``covariance`` (k, REACH + 1, 2, 2) of the position at each with those of the next
-    ones, itself first, zero beyond the end; ``frames`` (k,) how many frames each stands for.
+    ``position`` (k, 2) metres BCS. ``covariance`` (k, REACH + 1, 2, 2) of the position at each with those of the next
+    ones, itself first, zero beyond the end. ``frames`` (k,) how many frames each stands for.
     """
 
     at: IntArray
@@ -159,7 +159,7 @@ def _between(covariance: FloatArray, rows: IntArray, columns: IntArray) -> Float
 BEST = 3
 """So many places are named on each floor ..."""
 APART_M = 10.0
-"""... at least this far from each other: what is nearer helps the same walks ..."""
+"""... at least this far from each other: what is closer helps the same walks ..."""
 BESIDE_M = 3.0
 """... and from landmarks that hang there: who passes one passes the other."""
 

@@ -64,7 +64,7 @@ class LeftOut:
 def leave_out(smoothed: SolvedWalk) -> tuple[LeftOut, ...]:
     """Leave out each surveyed landmark that was passed, in the order of the log.
 
-    Where the others do not tie the walk to the building without it, there is no error to tell: it is missing.
+    Where the others do not tie the walk to the building without it, there is no error to report: it is missing.
     """
     observations, priors = smoothed.model.observations, smoothed.priors
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark).tolist()
@@ -95,7 +95,7 @@ FACTOR_SIGMA = 0.25
 LENGTH_VARIANCE = 4 / np.pi - 1
 """Variance of the length of a Gaussian error in units of its squared mean."""
 NORMAL_90 = 1.645
-"""Standard deviations on both sides that hold 90 % of a Gaussian."""
+"""Standard deviations on both sides that contain 90 % of a Gaussian."""
 FEWEST = 3
 """With fewer left-out errors than this an estimate says hardly more than what the smoother states."""
 
@@ -104,7 +104,7 @@ FEWEST = 3
 class Estimate:
     """Mean error of a session's labels, metres: ``stated_m`` by the smoother, ``estimated_m`` after the check.
 
-    The true mean error lies between ``low_m`` and ``high_m`` in about nine of ten sessions. ``checked`` is the number
+    The true mean error is between ``low_m`` and ``high_m`` in about nine of ten sessions. ``checked`` is the number
     of left-out landmarks that speak for it; without any the estimate is what is stated, with a wide interval.
     """
 
@@ -179,7 +179,7 @@ MOST_ROUNDS = 200
 FEWEST_SCATTERING = 3
 """So many sessions must have passed a landmark to say that it scatters ..."""
 SCATTER_SIGMAS = 3.0
-"""... and half of them must put it farther from its middle than stated by this factor."""
+"""... and half of them must put it further from its middle than stated by this factor."""
 MEDIAN_SHARE = 2 * np.log(2)
 """Median of the squared Mahalanobis distance of Gaussian errors in the plane."""
 
@@ -205,9 +205,9 @@ class PooledResiduals:
 
 
 def bad_landmarks(sessions: Iterable[SessionCheck]) -> list[BadLandmark]:
-    """Name the landmarks whose left-out errors are no chance, the farthest off first.
+    """Name the landmarks whose left-out errors are too large for chance, the furthest off first.
 
-    Sessions with too few landmarks cannot tell which one is wrong and are not asked.
+    Sessions with too few landmarks cannot show which one is wrong and are not used.
     """
     predictions = defaultdict(list)
     for session in sessions:
@@ -241,7 +241,7 @@ def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Po
         return spread @ np.einsum("sij,sj->i", weighted, offset), spread
 
     done = iterate(
-        "what sessions say together of a landmark",
+        "landmark positions from all sessions together",
         (np.median(offset, axis=0), survey),
         weighted_mean,
         lambda before, after: float(np.hypot(*(after[0] - before[0]))),
@@ -289,8 +289,8 @@ def _matrices(entries: Sequence[tuple[float, float, float]]) -> FloatArray:
     return np.asarray(np.stack((xx, xy, xy, yy), axis=-1).reshape(-1, 2, 2))
 
 
-NO_SESSION = "the survey has no session that is not excluded"
-_TOO_FEW = "no session passes enough surveyed landmarks, or has enough known positions, to leave one out in turn"
+NO_SESSION = "all sessions of the survey are excluded"
+_TOO_FEW = "no session has enough surveyed landmarks or known positions for leave-one-out"
 
 
 def judgement_of(sessions: Sequence[SessionCheck], bad: int) -> Judgement:

@@ -29,7 +29,7 @@ class DoubtfulFix(Record):
     """A known position that the others of its walk contradict."""
 
     name: str
-    """Where it stands in the session's files."""
+    """Its place in the session's files."""
     fix_m: tuple[float, float]
     offset_m: tuple[float, float]
     """From there to where the others put the walker."""
@@ -63,7 +63,7 @@ class SessionCheck(Record):
     """The same, scaled by what the left-out landmarks show."""
     low_m: float | None = None
     high_m: float | None = None
-    """The true mean error lies between them in about nine of ten sessions."""
+    """The true mean error is between them in about nine of ten sessions."""
     well_founded: bool = False
     """Whether enough landmarks or fixes could be left out for the estimate to say more than what is stated."""
 
@@ -74,13 +74,13 @@ class Fault(StrEnum):
     OFFSET = "offset"
     """The walks put it elsewhere, at the same place: wrongly surveyed, or moved before the first of them."""
     DOUBT = "doubt"
-    """The only walk that tells puts it elsewhere: the landmark is wrong, or the tracker slipped there."""
+    """The only walk that shows it puts it elsewhere: the landmark is wrong, or the tracker slipped there."""
     SCATTER = "scatter"
     """The walks do not agree on where it is: moved between them, or two sheets with one id."""
 
 
 class BadLandmark(Record):
-    """A landmark whose left-out errors are no chance."""
+    """A landmark whose left-out errors are too large for chance."""
 
     floor: int
     landmark: str

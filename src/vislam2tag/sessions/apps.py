@@ -51,7 +51,7 @@ def in_acs(poses: FloatArray, camera: str, frame: str = "y-up") -> FloatArray:
 def poses_of_matrices(matrices: FloatArray) -> FloatArray:
     """Poses (n, 7), position and quaternion (x, y, z, w), of matrices (n, 3, 4) from the camera's frame to the ACS.
 
-    A matrix that is no rotation, or not finite, gives NaN.
+    A matrix that is not a rotation, or not finite, gives NaN.
     """
     from scipy.spatial.transform import Rotation  # a tenth of a second, which other formats do without
 
@@ -79,8 +79,8 @@ GRAVITY_M_S2 = 9.80665
 TILT_DEG = 5.0
 """A frame tilted by more is not held level by its tracker: walkers' accelerations average out to a tenth of it."""
 CAMERA_Q_PHONE = np.array((0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)))
-"""Of an iPhone, quaternion (x, y, z, w) from the phone's axes (x right, y to the top, z out of the screen) to those of
-its rear camera, whose pictures lie on the phone's left side: x of a picture is the phone's -y, its y the phone's x."""
+"""Of an iPhone: quaternion (x, y, z, w) from the phone's axes (x right, y to the top, z out of the screen) to those of
+its rear camera. Its pictures are rotated: x of a picture is the phone's -y, its y the phone's x."""
 _UNITS = {"g": (0.8, 1.25), "m/s2": (7.8, 12.3)}
 
 
@@ -97,8 +97,8 @@ def specific_force(readings: FloatArray, file: str) -> tuple[FloatArray, list[Fi
     if not len(readings):
         return readings, []
     message = (
-        f"accelerations are usually {usual:.3g}, and gravity alone is 1 g or 9.81 m/s2: their unit is not known, or "
-        "gravity was taken out of them; they are not used"
+        f"accelerations are usually {usual:.3g}, and gravity alone is 1 g or 9.81 m/s2: their unit is unknown, or "
+        "gravity was removed; they are not used. Configure the app to log raw accelerations"
     )
     problem = Finding(kind="unknown_unit", file=file, count=len(readings), message=message)
     return np.full(readings.shape, np.nan), [problem]
@@ -107,10 +107,10 @@ def specific_force(readings: FloatArray, file: str) -> tuple[FloatArray, list[Fi
 def tilt_findings(camera: CameraTrack, sensors: pl.DataFrame, file: str) -> list[Finding]:
     """Report poses in a frame that is not level, by the mean of an iPhone's accelerations in it.
 
-    :mod:`vislam2tag.intake.pose_conventions` compares gravity, too, but does not replace this: it looks for another
-    convention, needs a gyroscope and a turning phone because it estimates the rotation between phone and camera, and
-    only warns of a tilt that no convention explains. Here that rotation is known, so a few degrees show, and the
-    session is refused.
+    :mod:`vislam2tag.intake.pose_conventions` compares gravity, too, but does not replace this. It searches another
+    convention, and needs a gyroscope and a turning phone to estimate the rotation between phone and camera. It only
+    warns of a tilt that no convention explains. Here that rotation is known, so a few degrees show, and the session is
+    refused.
     """
     from scipy.spatial.transform import Rotation
 
@@ -130,7 +130,8 @@ def tilt_findings(camera: CameraTrack, sensors: pl.DataFrame, file: str) -> list
         return []
     message = (
         f"the frame of these poses is tilted by {tilt_deg:.0f} degrees against gravity: the app does not level it, "
-        "or its axes are others than expected; positions on a floor cannot be told from it"
+        "or its axes differ from those expected; positions on a floor cannot be computed from it. Choose gravity as "
+        "the app's world alignment"
     )
     return [Finding(kind="not_level", file=file, count=1, message=message, severity=Severity.ERROR)]
 
@@ -276,7 +277,7 @@ def _keyframe_rows(keyframes: Keyframes, reading: SessionFiles) -> pl.DataFrame:
     found = keyframes.of(contents)
     name = files[0].name if files else ""
     reading.files.append(FileRecord.of(name, "poses", b"".join(contents), len(files), len(found)))
-    message = "files of frames do not hold the pose that is expected; they are left out: look at the first ones"
+    message = "files of frames do not contain the expected pose; they are skipped: look at the first ones"
     odd = [number + 1 for number in range(len(files)) if number not in found]
     reading.findings += at_lines_if("malformed_lines", name, odd, message)
     times = [(number + 1, time_ns) for number, (time_ns, _, _) in found.items()]
@@ -302,8 +303,8 @@ def _pictures_of(keyframes: Keyframes, files: list[Path]) -> Pictures | None:
 def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
     if not reading.has("landmarks"):
         message = (
-            "no landmarks are known: find them in the session's pictures with `vislam2tag sightings SURVEY`; until "
-            "then it cannot be mapped"
+            "the session's landmarks are unknown and it cannot be mapped: run `vislam2tag sightings SURVEY` to find "
+            "them in its pictures"
         )
         reading.note("no_sightings", SIGHTINGS_FILE, message, Severity.ERROR)
         return no_landmarks()

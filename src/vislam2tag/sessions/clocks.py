@@ -53,7 +53,7 @@ FASTEST_RAD_PER_S = 100.0
 
 
 def pose_lag_of(camera: CameraTrack, sensors: pl.DataFrame) -> float | None:
-    """Lag of the pose stamps in seconds (positive: stamped late), by a ``sensors`` table; None where nothing tells.
+    """Lag of the pose stamps in seconds (positive: stamped late), by a ``sensors`` table; None if unknown.
 
     It is 0 where the stamps are known to be those of the exposure.
     """
@@ -104,26 +104,26 @@ WAYS = (MOTION, LEVELS, TAPS)
 ACCELERATION_SIGMA_S = 0.01
 """Two places of one body are not accelerated at once: measured with devices half a metre apart."""
 _FEWEST = 20
-"""Readings; fewer are no series."""
+"""Readings; fewer are not series."""
 
 
 def possible_alignments(
     session: Session, other: OtherRecording, wanted: str | None = None
 ) -> dict[str, Callable[[], ClockAlignment]]:
-    """What can tell the offset, by name, the most exact first; ``wanted`` of :data:`WAYS`: only by that."""
+    """What can show the offset, by name, the most exact first; ``wanted`` of :data:`WAYS`: only by that."""
     found: dict[str, Callable[[], ClockAlignment]] = {}
     if wanted in (None, MOTION):
         turns, force = (_norm(other.tables.get("sensors"), sensor) for sensor in ("GYRO", "ACC"))
         ours = _turns_of(session)
         if turns is not None and ours is not None:
-            found["the turns that both felt"] = lambda: align_by_motion(*turns, *ours)
+            found["turns that both measured"] = lambda: align_by_motion(*turns, *ours)
         felt = _norm(session.tables.get("sensors"), "ACC")
         if force is not None and felt is not None:
-            found["the acceleration that both felt"] = lambda: by_acceleration(align_by_motion(*force, *felt))
+            found["accelerations that both measured"] = lambda: by_acceleration(align_by_motion(*force, *felt))
     if wanted in (None, LEVELS):
         theirs, heard = (heard_in(tables.get("wifi")) for tables in (other.tables, session.tables))
         if theirs and heard:
-            found["access points that both heard"] = lambda: align_by_levels(theirs, heard)
+            found["access points that both received"] = lambda: align_by_levels(theirs, heard)
     if wanted in (None, TAPS) and len(other.taps_ns) and len(session.presses_ns):
         found["taps on both"] = lambda: align_by_taps(other.taps_ns, session.presses_ns)
     return found
@@ -137,7 +137,7 @@ def by_acceleration(found: ClockAlignment) -> ClockAlignment:
 def first_clear(
     possible: Mapping[str, Callable[[], ClockAlignment]],
 ) -> tuple[str, ClockAlignment | None, list[str]]:
-    """The first alignment that tells the offset, by which name, and what those before it said."""
+    """The first alignment that shows the offset, by which name, and what those before it said."""
     refused: list[str] = []
     for name, align in possible.items():
         tried = align()

@@ -20,7 +20,7 @@ from vislam2tag.site.model import COMPANIONS
 from vislam2tag.site.site_table import is_file
 
 FOLDER = COMPANIONS
-"""Folder of a session that holds the ties, and may hold the recordings themselves."""
+"""Folder of a session that contains the ties, and may contain the recordings themselves."""
 _LARGEST_NS = 2**62
 
 
@@ -36,13 +36,13 @@ class Tie(FiniteRecord):
     """What ``companions/NAME.json`` holds."""
 
     recording: str
-    """Path of the recording, from the session's folder where it lies within the survey, else from the root."""
+    """Path of the recording, from the session's folder where it is within the survey, else from the root."""
     sha256: str
     """Of its file; of a folder: of the names and SHA-256 of its files."""
     table: TableColumns | None = None
     """None: a folder or zip that a session format reads."""
     by: str
-    """What told the offset."""
+    """What showed the offset."""
     figures: str
     offset_ns: int = Field(ge=-_LARGEST_NS, le=_LARGEST_NS)
     """By how much its clock is ahead of the session's at ``at_ns`` of the session's."""
@@ -59,7 +59,7 @@ class Tie(FiniteRecord):
         return ClockAlignment(self.offset_ns, self.sigma_s, self.rate, self.at_ns, self.figures)
 
     def path(self, session: AnyPath) -> Path:
-        """Where the recording lies, from the folder of its session."""
+        """Where the recording is, from the folder of its session."""
         session = Path(session)
         return Path(os.path.normpath(session / self.recording))
 
@@ -82,12 +82,13 @@ def tie_files(session: Path) -> list[Path]:
 
 
 def read_tie(path: Path) -> Tie:
-    """Read a tie; raises SessionError where the file holds something else or cannot be read."""
+    """Read a tie; raises SessionError where the file contains something else or cannot be read."""
     try:
         return Tie.model_validate_json(read_bytes(path))
     except (OSError, ValidationError) as error:
         raise SessionError(
-            f"{path}: is no tie of a companion ({first_line(error)}): remove it, and attach the recording again"
+            f"{path}: is not a valid link to an attached recording ({first_line(error)}): remove it, and attach the "
+            "recording again"
         ) from error
 
 
@@ -116,7 +117,7 @@ def companion_hashes(session: Path) -> dict[str, str]:
 
 
 def tied_recordings(session: Path) -> list[Path]:
-    """Where the recordings lie that are tied to a session; what cannot be read is told where the session is."""
+    """Where the recordings lie that are tied to a session; errors of reading are reported with the session."""
     found: list[Path] = []
     with suppress(PermissionError):
         for path in tie_files(session):

@@ -57,7 +57,7 @@ class OtherRecording:
 def read_recording(path: Path, columns: TableColumns | None = None, zone: str | None = None) -> OtherRecording:
     """Read a recording; ``columns`` and ``zone`` say how the times of a table are to be read, if not as its names do.
 
-    Raises SessionError where it is a folder or zip of no known app, cannot be read or holds no readings.
+    Raises SessionError where it is a folder or zip of no known app, cannot be read or contains no readings.
     """
     if not path.exists():
         raise SessionError(f"{path}: no such file or folder")
@@ -86,14 +86,14 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
     name = format_of(folder)
     if name is None or name == UNKNOWN_FORMAT:
         raise SessionError(
-            f"{path}: holds no recording of an app that is known (docs/how-to/iphone.md names them); give a table "
-            "of its readings as CSV"
+            f"{path}: contains no recording of a known app (docs/how-to/iphone.md lists them); pass a table of its "
+            "readings as CSV"
         )
     ref = SessionRef(SessionKey(0, "companion", path.stem), folder, name, "companion")
     session = FORMATS.named(name).read(ref, FindingSettings())
     tables = {name: table for name, table in session.tables.items() if table.height}
     if not tables:
-        raise SessionError(f"{path}: holds no readings")
+        raise SessionError(f"{path}: contains no readings")
     lines, rows = (sum(getattr(file, what) for file in session.files) for what in ("lines", "rows"))
     odd = tuple(each for each in session.findings if each.kind in KINDS)
     return OtherRecording(tables, _taps(session), f"a recording of {name}", None, lines, rows, odd)
@@ -136,7 +136,7 @@ def with_companions(session: Session, folder: Path) -> Session:
             tie = read_tie(path)
             session = _attached(session, path.stem, tie, tie.path(folder))
         except SessionError as error:
-            message = f"{error}; its readings are missing"
+            message = f"{error}; its readings are not used"
             problem = site_finding("companion_missing", f"{FOLDER}/{path.name}", message, Severity.ERROR)
             session = replace(session, findings=(*session.findings, problem))
     return replace(session, files=(*session.files, *_records(folder)))
@@ -148,7 +148,7 @@ def _attached(session: Session, name: str, tie: Tie, path: Path) -> Session:
     except OSError as error:
         raise SessionError(f"{path}: cannot be read ({error.strerror}): put it back, or attach it again") from error
     if changed:
-        raise SessionError(f"{path}: is not what was attached: put that back, or attach it again")
+        raise SessionError(f"{path}: was changed since it was attached: restore it, or attach it again")
     other = read_recording(path, tie.table)
     tables, attached, camera = dict(session.tables), dict(session.attached), session.camera
     for kind, theirs in other.tables.items():

@@ -37,9 +37,9 @@ _LONGEST_S = 1e9
 def corrected_session(session: Session, corrections: Corrections) -> tuple[Session, tuple[str, ...]]:
     """Apply the corrections that concern a session, and give one sentence for each use.
 
-    In this order: clocks are shifted, repeated scans marked, landmark ids swapped, then renamed, then given to other
-    floors, landmarks excluded (by their corrected id), time spans excluded (their frames become INVALID and lose their
-    landmark rows).
+    In this order: clocks are shifted, repeated scans marked, landmark ids swapped, then renamed, then assigned to other
+    floors, landmarks excluded (by their corrected id), time spans excluded. Excluded frames become INVALID and lose
+    their landmark rows.
     """
     entries = corrections.for_session(session.key)
     uses: list[str] = []
@@ -117,7 +117,7 @@ def _swapped(log: LandmarkLog, entry: SwapLandmarks, uses: list[str]) -> Landmar
     first, second = entry.ids
     if first not in log.ids and second not in log.ids:
         return log
-    uses.append(f"Landmarks {first} and {second} are exchanged{entry.because()}.")
+    uses.append(f"Landmarks {first} and {second} are interchanged{entry.because()}.")
     other = {first: second, second: first}
     return replace(log, ids=tuple(other.get(landmark, landmark) for landmark in log.ids))
 
@@ -133,7 +133,7 @@ def _renamed(session: Session, entry: RenameLandmark | SetLandmarkFloor, to: str
     chosen = (log.landmark == log.ids.index(entry.id)) & (at_ns >= first_ns) & (at_ns < end_ns)
     if not chosen.any():
         return log
-    uses.append(f"{int(chosen.sum())} rows of landmark {entry.id} are taken for those of {to}{entry.because()}.")
+    uses.append(f"{int(chosen.sum())} rows of landmark {entry.id} are assigned to {to}{entry.because()}.")
     ids = log.ids if to in log.ids else (*log.ids, to)
     landmark = np.where(chosen, ids.index(to), log.landmark)
     order = np.lexsort((log.frame, landmark))
@@ -167,7 +167,7 @@ def _without_repeated_scans(session: Session, entry: DropRepeatedScans, uses: li
 def _without(log: LandmarkLog, entry: ExcludeLandmark, uses: list[str]) -> LandmarkLog:
     if entry.id not in log.ids:
         return log
-    uses.append(f"Landmark {entry.id} is left out{entry.because()}.")
+    uses.append(f"Landmark {entry.id} is excluded{entry.because()}.")
     return log.select([i for i, landmark in enumerate(log.ids) if landmark != entry.id])
 
 
@@ -179,7 +179,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
     if not inside.any():
         return session
     frames = int(inside.sum())
-    uses.append(f"{frames} frames from {entry.from_s:g} s to {entry.to_s:g} s are left out{entry.because()}.")
+    uses.append(f"{frames} frames from {entry.from_s:g} s to {entry.to_s:g} s are excluded{entry.because()}.")
     status = np.where(inside & camera.usable, np.int8(Status.INVALID), camera.status).astype(np.int8)
     keep = ~inside[session.landmarks.frame]
     return replace(
@@ -191,7 +191,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
 
 
 def _span_ns(entry: ExcludeSpan | RenameLandmark | SetLandmarkFloor, start_ns: int) -> tuple[int, int]:
-    """From and to when an entry holds, boot-clock ns, given the session's first usable frame."""
+    """From and to when an entry applies, boot-clock ns, given the session's first usable frame."""
     return start_ns + _nanoseconds(entry.from_s), start_ns + _nanoseconds(entry.to_s)
 
 
@@ -201,7 +201,7 @@ def _nanoseconds(seconds: float) -> int:
 
 
 SAME_TAP_S = 0.25
-"""An entry means the tap within this of its moment: nobody taps two places so quickly."""
+"""An entry means the tap within this of its moment: no one taps two places so quickly."""
 _NO_FIXES = FixLog(np.empty(0, dtype=np.int64), np.empty((0, 2)), ())
 
 
@@ -234,9 +234,9 @@ def _with_tap(fixes: FixLog, entry: SetTap, start_ns: int, uses: list[str]) -> F
     sigma_m = None if fixes.sigma_m is None else fixes.sigma_m[kept]
     if entry.x is None or entry.y is None:
         if place is not None:
-            uses.append(f"The tap at {entry.at_s:g} s is left out{entry.because()}.")
+            uses.append(f"The tap at {entry.at_s:g} s is excluded{entry.because()}.")
         return FixLog(times, positions, names, sigma_m)
-    uses.append(f"The walk is taken to be at ({entry.x:g}, {entry.y:g}) at {entry.at_s:g} s{entry.because()}.")
+    uses.append(f"The walk is placed at ({entry.x:g}, {entry.y:g}) at {entry.at_s:g} s{entry.because()}.")
     time_ns = at_ns if place is None else int(fixes.time_ns[place])
     row = int(np.searchsorted(times, time_ns))
     return FixLog(

@@ -62,7 +62,7 @@ def time_column(columns: Sequence[str], wanted: str | None) -> str:
     """The column of times; raises UsageError where there is none."""
     if wanted is not None:
         if wanted not in columns:
-            raise UsageError(f"--time-column {wanted}: there is no such column; there are: {', '.join(columns)}")
+            raise UsageError(f"--time-column {wanted}: there is no such column; the table has: {', '.join(columns)}")
         return wanted
     plain = {name.strip().lower(): name for name in reversed(columns) if len(name) <= _LONGEST_NAME}
     for known in TIME_COLUMNS:
@@ -70,7 +70,7 @@ def time_column(columns: Sequence[str], wanted: str | None) -> str:
             with_unit = _UNIT.fullmatch(name)
             if name == known or (with_unit and with_unit.group(1) == known):
                 return written
-    raise UsageError(f"no column is called as times are ({', '.join(TIME_COLUMNS)}); name it by --time-column")
+    raise UsageError(f"no column has a known name of times ({', '.join(TIME_COLUMNS)}); name it with --time-column")
 
 
 def table_times(
@@ -99,8 +99,8 @@ def table_times(
     usable = np.abs(numbers) < MOST_NS
     if not usable.any():
         raise UsageError(
-            f"column {values.name}: holds no time that can be read: give numbers, or ISO 8601 "
-            "such as 2021-12-20T09:14:05+01:00"
+            f"column {values.name}: contains no readable time: expected numbers, or ISO 8601 such as "
+            "2021-12-20T09:14:05+01:00"
         )
     if aligned and clock is None and unit is None and _UNIT.fullmatch(values.name.strip().lower()) is None:
         clock, unit = (None, None) if _unix_unit(numbers[usable], list(_UNITS_NS)) else (Clock.BOOT, "s")
@@ -130,11 +130,13 @@ def _clock_and_unit(
         clock = Clock.BOOT if unix is None or inside[boot] >= _ENOUGH_INSIDE else Clock.UNIX
     if clock is Clock.UNIX and unix is None:
         middle = np.median(np.abs(numbers))
-        raise UsageError(f"column {name}: {middle:g} is no Unix time in {' or '.join(units)}; give its unit by --unit")
+        raise UsageError(
+            f"column {name}: {middle:g} is not a Unix time in {' or '.join(units)}; pass its unit with --unit"
+        )
     if clock is Clock.BOOT and unit is None and not inside[boot]:
         raise UsageError(
-            f"column {name}: its times lie in no walk, whichever unit they are in; say what they are by --clock and "
-            "--unit, and by how much the clock is ahead by --offset-s"
+            f"column {name}: its times are outside every walk in any unit; pass the clock with --clock, the unit "
+            "with --unit, and how far the clock is ahead with --offset-s"
         )
     return clock, boot if clock is Clock.BOOT else str(unix)
 
@@ -156,7 +158,7 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
     try:
         missing_zone = None if zone is None else ZoneInfo(zone)
     except (ZoneInfoNotFoundError, ValueError, OSError) as error:  # a folder of zones is none
-        raise UsageError(f"--zone {zone}: is no time zone; give one such as Europe/Berlin or UTC") from error
+        raise UsageError(f"--zone {zone}: is not a time zone; pass one such as Europe/Berlin or UTC") from error
     time_ns, usable = np.zeros(len(texts), dtype=np.int64), np.zeros(len(texts), dtype=bool)
     for i, text in enumerate(texts.to_list()):
         try:
@@ -165,7 +167,7 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
             continue
         if moment.tzinfo is None and missing_zone is None:
             raise UsageError(
-                f"column {name}, row {i + 1}: '{text}' has no zone; give it by --zone, such as Europe/Berlin"
+                f"column {name}, row {i + 1}: '{text}' has no time zone; pass it with --zone, such as Europe/Berlin"
             )
         moment = moment if moment.tzinfo is not None else moment.replace(tzinfo=missing_zone)
         whole_s = (moment.replace(microsecond=0) - _EPOCH) // timedelta(seconds=1)
@@ -193,7 +195,7 @@ def read_table(path: Path) -> pl.DataFrame:
             return read_parquet(path)
         raw = read_bytes(path)
         if raw.startswith(b"PK"):
-            raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and give that")
+            raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
         text, _ = decoded(raw)
         head = text.partition("\n")[0]
         separator = max(_SEPARATORS, key=head.count)
@@ -204,21 +206,21 @@ def read_table(path: Path) -> pl.DataFrame:
 
 
 def three_axes(columns: Sequence[str], sensor: str) -> list[str]:
-    """The columns of a sensor's x, y and z; none where the table lacks one."""
+    """The columns of a sensor's x, y and z; none where the table has none."""
     pattern = MOTION_COLUMNS[sensor]
     axes = {match.group(1): name for name in reversed(columns) if (match := pattern.fullmatch(name.strip().lower()))}
     return [axes[axis] for axis in "xyz"] if len(axes) == 3 else []
 
 
 def level_columns(columns: Sequence[str]) -> tuple[str, str] | None:
-    """The columns of access points and their levels; None where the table lacks one."""
+    """The columns of access points and their levels; None where the table has none."""
     plain = {name.strip().lower(): name for name in columns}
     level = next((plain[name] for name in _LEVELS if name in plain), None)
     return None if level is None or "bssid" not in plain else (plain["bssid"], level)
 
 
 def numbers(name: str) -> pl.Expr:
-    """A column as numbers, with either decimal mark; null where it holds none."""
+    """A column as numbers, with either decimal mark; null where it contains none."""
     return pl.col(name).cast(pl.String).str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
 
 
@@ -235,7 +237,7 @@ def session_tables(rows: pl.DataFrame, name: str) -> dict[str, pl.DataFrame]:
     if sensors:
         return {"sensors": _sensors(rows, sensors)}
     if taken := sorted(_OF_LABELS & set(columns)):
-        raise UsageError(f"the table has a column {' and '.join(taken)}, as labels have; rename it")
+        raise UsageError(f"the table has a column {' and '.join(taken)}, which is reserved for labels; rename it")
     first = pl.struct("time_ns", *columns).is_first_distinct()
     return {name: rows.select("row", "time_ns", first.not_().alias("repeated"), *columns)}
 

@@ -94,7 +94,7 @@ def _checked(table: Table, name: str, schema: Schema) -> pl.DataFrame:
     if missing:
         there = ", ".join(frame.columns) or "none"
         raise UsageError(
-            f"{name}: there is no column {', '.join(missing)}; expected {', '.join(schema)}; found {there}"
+            f"{name}: the column {', '.join(missing)} is missing; expected {', '.join(schema)}; found {there}"
         )
     columns = [
         checked_column(frame, name, column, kind) if column in frame.columns else _nulls(column, kind, frame.height)
@@ -115,7 +115,7 @@ def landmarks_in_memory(
     if floor is None and len(floors) > 1:
         there = ", ".join(map(str, floors))
         raise UsageError(
-            f"landmarks, column floor: there are {there}; say by floor=... on which of them the walk starts"
+            f"landmarks, column floor: there are {there}; pass floor=... to specify on which of them the walk starts"
         )
     own = int(floors[0]) if floor is None and floors else floor or 0
     cells = rows.select("row", *LANDMARK_COLUMNS).fill_nan(None).rows()

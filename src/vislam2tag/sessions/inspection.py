@@ -109,7 +109,7 @@ def inspect_survey(
     *,
     survey_settings: SurveySettings | None = None,
 ) -> Inspection:
-    """Read a survey session by session and report what is there; raises SurveyError where it is no survey.
+    """Read a survey session by session and report what is there; raises SurveyError where it is not a survey.
 
     ``progress`` is called with the number of sessions done and their total. Corrections are not applied to the
     figures, but sessions they exclude are not read.

@@ -22,7 +22,7 @@ class GeographicFixes:
     """Positions that are placed on the floor once its georeference is known.
 
     ``time_ns`` (k,) increasing strictly; ``position`` (k, 2) longitude and latitude, degrees; ``floor`` (k,) as the
-    log numbers them; ``name`` (k,). ``file`` is where they stand.
+    log numbers them; ``name`` (k,). ``file`` is where they are.
     """
 
     file: str
@@ -35,8 +35,8 @@ class GeographicFixes:
         """Place those of one floor; None, with the reason, where it has no georeference."""
         if floor.georeference is None:
             message = (
-                f"its positions are in degrees, and floor {floor.number} has no georeference: give "
-                "[georeference] in site.toml (docs/how-to/site.md)"
+                f"its positions are in degrees, but floor {floor.number} has no georeference: add [georeference] to "
+                "site.toml (docs/how-to/site.md)"
             )
             return None, [site_finding("fixes_without_georeference", self.file, message, Severity.ERROR)]
         here = self.floor == floor.number
@@ -47,7 +47,7 @@ class GeographicFixes:
 
 def too_few_fixes(file: str, what: str) -> Finding:
     """Report a session of whose places fewer than two are known; ``what`` is how its file says one."""
-    message = f"fewer than two known positions ({what}): it is not known where the walk was"
+    message = f"the walk has fewer than two known positions ({what}), so it cannot be placed"
     return site_finding("too_few_fixes", file, message, Severity.ERROR)
 
 
@@ -101,9 +101,9 @@ class Attachment:
 class Session:
     """One walk, read whole; raw values, nothing corrected, nothing dropped.
 
-    ``tables`` holds every time-stamped table by name (``wifi``, ``sensors``, ...), rows in file order, each with
-    ``row`` (int64, 1-based line of the raw file), ``time_ns`` (int64) and ``repeated`` (bool: a reading that an
-    earlier row already gave), then its own columns:
+    ``tables`` contains every time-stamped table by name (``wifi``, ``sensors``, ...), rows in file order. Each has
+    ``row`` (int64, 1-based line of the raw file), ``time_ns`` (int64) and ``repeated`` (bool: a reading that an earlier
+    row already gave), then its own columns:
 
     * wifi: ``scan`` int32, ``bssid``, ``ssid`` text, ``rssi_dbm``, ``frequency_mhz`` float32 (null: unknown)
     * sensors: ``sensor`` text, ``v1`` .. ``v6`` float64

@@ -53,17 +53,17 @@ class SessionTask:
     """Per axis, of landmarks whose file gives none, metres."""
     finding_settings: FindingSettings = field(default_factory=FindingSettings)
     told: ToldLandmarks | None = None
-    """What the survey and all other sessions tell of its landmarks; None where it is mapped alone."""
+    """Landmark priors from the survey and all other sessions; None where it is mapped alone."""
     ways: WalkedWays | None = None
     """Where the other sessions without poses led on its floor; None where it is mapped alone."""
     ties: PlaceTies | None = None
-    """Where other sessions say that it was, by what they heard; None where they tell nothing."""
+    """Where other sessions say that it was, by what they received; None if they do not constrain it."""
     tracker: TrackerNoise | None = None
     """How noisy other sessions of its device say that the tracker is; None where it is mapped alone."""
 
     @property
     def floor(self) -> Floor:
-        """The floor that the session lies under; the session is mapped in its BCS."""
+        """The floor that the session is under; the session is mapped in its BCS."""
         return self.site.floor(self.ref.key.floor)
 
     @property
@@ -72,7 +72,7 @@ class SessionTask:
         return changes_from(self.site, self.ref.key.floor)
 
     def candidate_landmarks(self, logged: Sequence[str], told: Sequence[int] = ()) -> tuple[Landmarks, tuple[str, ...]]:
-        """All landmarks that matter to the session if it logged these ids and the walker told these floors, and one
+        """All landmarks that matter to the session if it logged these ids and the collector chose these floors, and one
         sentence for each correction used.
 
         They are corrected, and in the BCS of the session's floor.
@@ -145,7 +145,7 @@ class PreparedSession:
     def refuse_without_frames(self) -> None:
         """Raise SessionError where the session has too few usable frames to be mapped at all."""
         if self.session.camera.usable.sum() < FEWEST_FRAMES:
-            raise SessionError(f"{self.session.key}: no usable camera frames; vislam2tag inspect says why")
+            raise SessionError(f"{self.session.key}: there are no usable camera frames; vislam2tag inspect reports why")
 
 
 def mappable_session(task: SessionTask, *, inertial: bool = False) -> PreparedSession:
@@ -198,9 +198,9 @@ def _read(task: SessionTask, reader: Callable[[SessionRef, FindingSettings], Ses
 
 
 def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -> tuple[Session, tuple[str, ...]]:
-    """Give a session what others tell of it; without poses what is known of its floor: where its fixes and walls are.
+    """Add what other sessions know of a session; without poses, also the fixes and walls of its floor.
 
-    ``taps`` correct its fixes; the sentences tell of each that did.
+    ``taps`` correct its fixes; the sentences describe each that did.
     """
     floor = task.floor
     session = with_presses_as_fixes(session, floor.control_points)
@@ -245,7 +245,7 @@ def _damaged_poses(session: Session) -> list[Finding]:
     ]
     for file, what in [*wrong, *((file, "cannot be opened") for file in closed)]:
         message = (
-            f"{file} {what}; copy the file from the phone again, or map the session by its inertial sensors with "
+            f"{file} {what}; copy the file from the phone again, or map the session from its inertial sensors with "
             "--strategy dead-reckoning"
         )
         return [site_finding("no_frames", file, message, Severity.ERROR)]
@@ -264,22 +264,23 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
         (
             "planned_landmarks",
             planned,
-            f"landmarks {', '.join(planned)} were seen, but their positions were only planned (vislam2tag plan), so "
-            "they are not used: measure them (vislam2tag register), let the walks place "
-            "them (process --together, survey-landmarks), or use the plan's places with --use-planned",
+            f"landmarks {', '.join(planned)} were observed, but their positions are only planned (vislam2tag plan), "
+            "so they are not used: measure them (vislam2tag register), estimate them from the walks (process "
+            "--together, survey-landmarks), or use the planned positions with --use-planned",
         ),
         (
             "landmark_without_position",
             missing,
-            f"landmarks {', '.join(missing)} were seen but have no surveyed position; only the smoother uses them, and "
-            "less: add them to marker_dict.csv, or let the walks place them (process --together, survey-landmarks)",
+            f"landmarks {', '.join(missing)} were observed but have no surveyed position; only the smoother uses "
+            "them, with less weight: add them to marker_dict.csv, or estimate them from the walks (process "
+            "--together, survey-landmarks)",
         ),
         (
             "landmark_of_other_floor",
             unused,
-            f"landmark {', '.join(unused)} was seen, which only other floors have; nothing else says that the walk "
-            "went there, so it is not used: add it to this floor's marker_dict.csv if it hangs here; a lift ride to "
-            "a floor where one landmark was met looks the same: pass a second one there, or log air pressure",
+            f"landmark {', '.join(unused)} was observed, which only other floors have. Nothing else shows that the "
+            "walk went there, so it is not used. If it hangs here, add it to this floor's marker_dict.csv; if the "
+            "walk took a lift to that floor, pass a second landmark there or log air pressure",
         ),
     )
     return [
@@ -290,20 +291,20 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
 
 
 def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[Finding]:
-    """Report what other sessions told a session that is mapped together with them."""
+    """Report the priors from other sessions for a session that is mapped together with them."""
     if told is None:
         return []
     sigma_m = np.sqrt(np.diag(told.joint_covariance)[: 2 * len(told.ids)].reshape(-1, 2).mean(axis=1))
     message = (
-        f"mapped together with {told.sessions} other sessions, which place the {len(told.ids)} landmarks that it "
+        f"mapped together with {told.sessions} other sessions, which determine the {len(told.ids)} landmarks that it "
         f"passed to {np.median(sigma_m):.2f} m (one standard deviation, median)"
     )
     findings = [*finding_if(len(told.ids), "told_by_others", message)]
     if ties is not None:
         variance_m2 = np.diag(ties.covariance_m2).reshape(-1, 2).mean(axis=1)
         message = (
-            f"other sessions heard the like of its Wi-Fi scans and so place it at {len(ties.time_ns)} moments, to "
-            f"{np.sqrt(np.median(variance_m2)):.1f} m each (one standard deviation, median)"
+            f"other sessions received similar Wi-Fi scans, which place this session at {len(ties.time_ns)} moments "
+            f"to {np.sqrt(np.median(variance_m2)):.1f} m each (one standard deviation, median)"
         )
         findings += finding_if(len(ties.time_ns), "placed_by_others", message)
     return findings
@@ -314,6 +315,6 @@ def press_findings(session: Session, floor: Floor) -> list[Finding]:
     if not floor.control_points.ids:
         message = f"floor {floor.number} has no control points to compare the presses with: add its refmarker.csv"
         return [*finding_if(len(session.presses_ns), "missing_control_points", message)]
-    message = "no presses were recorded, though the floor has control points; nothing is evaluated there"
+    message = "no presses were recorded, although the floor has control points; none of them is evaluated"
     recorded = any(file.role == "presses" for file in session.files)
     return [*finding_if(int(not recorded), "missing_file", message, "refMarker.csv")]

@@ -28,15 +28,15 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
     repeated, backward = _irregular(rows)
     table = rows.select("row", "time_ns", repeated.alias("repeated"), "sensor", *SENSOR_VALUES)
     infinite = ~rows.select(pl.all_horizontal(pl.col(SENSOR_VALUES).is_finite())).to_series().to_numpy()
-    backwards = "readings are earlier than one before them of the same sensor; kept"
-    again = "readings have the sensor and time of an earlier one; the first counts"
+    backwards = "readings are earlier than a preceding one of the same sensor; they are kept"
+    again = "readings repeat the sensor and time of an earlier one; only the first is used"
     findings = findings_of(
         rows["row"].to_numpy(),
         file,
         ("far_times", ~of_one_recording(rows["time_ns"].to_numpy()), FAR_TIMES, Severity.WARNING),
         ("repeated_rows", repeated.to_numpy(), again, Severity.INFO),
         ("backward_times", backward.to_numpy(), backwards, Severity.WARNING),
-        ("non_finite_values", infinite, "values are not finite; kept as they are", Severity.WARNING),
+        ("non_finite_values", infinite, "values are not finite; they are kept unchanged", Severity.WARNING),
     )
     return table, findings
 
@@ -120,14 +120,14 @@ def mark_repeated(rows: pl.DataFrame, *sender: str) -> pl.DataFrame:
 
 def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
     """Report stale rows and throttled scanning; ``rows`` carry ``repeated``."""
-    message = "a scan repeats readings of an earlier one (same bssid and time); each counts once"
+    message = "a scan repeats readings of an earlier one (same BSSID and time); each counts once"
     stale = rows.filter("repeated")["row"].to_list()
     findings = at_lines_if("stale_wifi_rows", file, stale, message, Severity.INFO)
     interval_s = median_scan_interval_s(rows)
     if interval_s is not None and interval_s > settings.scan_interval_s:
         message = (
-            f"scans start every {interval_s:.1f} s (median): the phone throttles scanning; switch off "
-            "'Wi-Fi scan throttling' in its developer options"
+            f"scans start every {interval_s:.1f} s (median): the phone throttles scanning; disable 'Wi-Fi scan "
+            "throttling' in its developer options"
         )
         scans = rows["scan"].n_unique()
         findings.append(Finding(kind="scan_throttling", file=file, count=scans, message=message))
@@ -199,7 +199,7 @@ def ble_rows(rows: pl.DataFrame, address: str, name: pl.Expr, level: str) -> pl.
 
 def ble_findings(rows: pl.DataFrame, file: str) -> list[Finding]:
     """Report repeated rows; ``rows`` carry ``repeated``."""
-    message = "advertisements have the transmitter and time of an earlier one; each counts once"
+    message = "advertisements repeat the transmitter and time of an earlier one; each counts once"
     return at_lines_if("repeated_rows", file, rows.filter("repeated")["row"].to_list(), message, Severity.INFO)
 
 

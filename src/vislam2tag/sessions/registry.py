@@ -51,7 +51,7 @@ class SessionFormat(Protocol):
         ...
 
     def recognises(self, folder: Path) -> bool:
-        """Tell from the names in a folder whether it is a session of this format; reads no file.
+        """Return, from the names in a folder, whether it is a session of this format; reads no file.
 
         Raises OSError where the folder cannot be looked into.
         """
@@ -125,8 +125,8 @@ def read_session(ref: SessionRef, settings: FindingSettings | None = None) -> Se
 def read_track(ref: SessionRef, settings: FindingSettings | None = None) -> Session:
     """Read of a session what its map follows from: whole where it has no poses, or its format knows no shorter way.
 
-    The shorter way is a format's ``read_track``, which reads poses, landmarks, air pressure and what the walker told;
-    tables may then be empty, and findings are left out. Raises as :func:`read_session`.
+    The shorter way is a format's ``read_track``, which reads poses, landmarks, air pressure and what the collector
+    entered; tables may then be empty, and findings are left out. Raises as :func:`read_session`.
     """
     with _readable(ref) as here:
         known, settings = format_for(here), settings or FindingSettings()
@@ -190,13 +190,13 @@ def _fetched(ref: SessionRef, stored: StoredFolder, scratch: Folder, further: Se
 def format_for(ref: SessionRef) -> SessionFormat:
     """The format that reads a session at hand; raises SessionError where that or the session's files are not there."""
     if ref.format == UNKNOWN_FORMAT:
-        raise SessionError(f"{ref.folder}: cannot be looked into; check its permissions")
+        raise SessionError(f"{ref.folder}: the folder cannot be opened; check its permissions")
     if ref.format not in FORMATS.names():
-        raise SessionError(f"{ref.folder}: no session format is called '{ref.format}'")
+        raise SessionError(f"{ref.folder}: there is no session format '{ref.format}'")
     if ref.packed is not None:
         raise SessionError(
-            f"{ref.packed}: cannot be unpacked: it is damaged, far too large, or there is no room for it; send it "
-            "again, or lay the folder that it holds in its place"
+            f"{ref.packed}: cannot be unpacked: it is damaged or too large, or the disk is full; send it again, or "
+            "replace it by the folder that it contains"
         )
     if not ref.folder.exists():
         raise SessionError(f"{ref.folder}: no such session folder")
@@ -246,7 +246,7 @@ def open_survey(
 
     ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
     replaces the floors' own landmark files. Positions that were only planned are unknown unless ``use_planned`` is
-    given. Raises SurveyError where the folder is missing, no folder, cannot be looked into, holds no floor or no
+    given. Raises SurveyError where the folder is missing, no folder, cannot be looked into, contains no floor or no
     session, or where ``corrections.toml`` or ``landmark_file`` is wrong.
     """
     root, landmark_file = Path(root), path_or_none(landmark_file)
@@ -266,11 +266,11 @@ def survey_files(
         site = with_stored_drawings(site, root)
         sessions, odd_folders = _sessions(root)
     except OSError as error:
-        raise SurveyError(f"{root}: cannot be looked into: {error}") from error
+        raise SurveyError(f"{root}: the folder cannot be opened: {error}") from error
     if not sessions and walked:
-        locked = [f"; {folder.file} {folder.message}" for folder in odd_folders if folder.kind == "unreadable_folder"]
+        locked = [f"; {folder.file}: {folder.message}" for folder in odd_folders if folder.kind == "unreadable_folder"]
         raise SurveyError(
-            f"{root}: not a survey: no session (a folder floor_K/DEVICE/SESSION with poses.csv) in it"
+            f"{root}: this is not a survey: it contains no session (a folder floor_K/DEVICE/SESSION with poses.csv)"
             + "".join(locked[:1])
         )
     odd_folders += walks_twice(root, [(of.key, of.folder) for of in sessions])
@@ -294,9 +294,11 @@ def true_keys(keys: Sequence[SessionKey], corrections: Corrections, site: Site) 
     floors = {floor.number for floor in site.floors}
     for key, own in zip(true, keys, strict=True):
         if key.floor not in floors:
-            raise SurveyError(f"{CORRECTIONS_FILE}: [[set_floor]] puts {own} on floor {key.floor}, which is not there")
+            raise SurveyError(
+                f"{CORRECTIONS_FILE}: [[set_floor]] assigns {own} to floor {key.floor}, which does not exist"
+            )
         if key != own and true.count(key) > 1:
-            raise SurveyError(f"{CORRECTIONS_FILE}: {own} would become {key}, which another session is already")
+            raise SurveyError(f"{CORRECTIONS_FILE}: {own} would become {key}, but this session already exists")
     return true
 
 
@@ -311,15 +313,18 @@ def _sessions(root: Path) -> tuple[list[SessionRef], list[Finding]]:
         path = os.fsencode(folder.relative_to(root)).decode("utf-8", errors="replace")
         name = format_of(folder) if packed is None or folder.exists() else None
         if "\ufffd" in path:
-            message = "the folder's name is not UTF-8; left out: rename it"
+            message = "the folder's name is not UTF-8, so it is skipped: rename it"
             findings.append(site_finding(_UNRECOGNISED, path, message))
         elif name is not None:
             sessions.append(SessionRef(key, folder, name, "", from_outside=_is_from_outside(root, folder)))
             if packed is not None:
-                message = f"is left out: the folder {folder.name} beside it is a session already; remove one of the two"
+                message = (
+                    f"is skipped, because the folder {folder.name} next to it is already a session; remove one of "
+                    "the two"
+                )
                 findings.append(site_finding("zipped_session", f"{path}.zip", message))
         elif packed is None:
-            found = "no file of a known session format in it; left out"
+            found = "it contains no file of a known session format and is skipped"
             findings.append(site_finding(_UNRECOGNISED, path, found, Severity.INFO))
         elif (name := _format_in_zip(root, packed, findings)) is not None:
             outside = _is_from_outside(root, folder, packed)
@@ -337,8 +342,12 @@ def _format_in_zip(root: Path, packed: Path, findings: list[Finding]) -> str | N
     try:
         name = format_in_zip(root, packed)
     except (DatasetError, OSError) as error:
-        findings.append(site_finding(_UNRECOGNISED, shown, f"is no whole zip ({error}); left out: send it again"))
+        findings.append(
+            site_finding(_UNRECOGNISED, shown, f"is not a complete zip file ({error}) and is skipped: send it again")
+        )
         return None
     if name is None:
-        findings.append(site_finding(_UNRECOGNISED, shown, "a zip of no known recording; left out", Severity.INFO))
+        findings.append(
+            site_finding(_UNRECOGNISED, shown, "the zip file contains no known recording and is skipped", Severity.INFO)
+        )
     return name

@@ -38,22 +38,22 @@ from vislam2tag.site.site_table import is_file
 
 Made = TypeVar("Made")
 MISSING = {
-    "poses": ("no camera poses; the session cannot be mapped", Severity.ERROR),
-    "landmarks": ("no landmark poses; the session cannot be mapped", Severity.ERROR),
-    "wifi": ("no Wi-Fi scans; the session gives no Wi-Fi labels", Severity.WARNING),
-    "sensors": ("no sensor readings; the session gives no sensor labels", Severity.WARNING),
+    "poses": ("there are no camera poses; the session cannot be mapped", Severity.ERROR),
+    "landmarks": ("there are no landmark poses; the session cannot be mapped", Severity.ERROR),
+    "wifi": ("there are no Wi-Fi scans; the session has no Wi-Fi labels", Severity.WARNING),
+    "sensors": ("there are no sensor readings; the session has no sensor labels", Severity.WARNING),
 }
 """Roles that a session should have: what it means where they are missing."""
 OF_TRACK = frozenset({"record", "poses", "landmarks", "anchors", "events", "sensors"})
-"""Roles that tell of the tracker, of sensors the barometer alone."""
+"""Roles that describe the tracker, of sensors the barometer alone."""
 _OPTIONAL = {
-    "presses": ("no presses", Severity.WARNING),
-    "ble": ("no BLE readings", Severity.WARNING),
-    "rtt": ("no ranges to access points", Severity.WARNING),
-    "fixes": ("no known positions: a session without poses cannot be mapped", Severity.ERROR),
-    "anchors": ("no anchors: map updates show at landmarks only", Severity.WARNING),
-    "events": ("nothing is known of refused scans and warnings", Severity.WARNING),
-    "record": ("not known how the recording ended", Severity.WARNING),
+    "presses": ("there are no presses", Severity.WARNING),
+    "ble": ("there are no BLE readings", Severity.WARNING),
+    "rtt": ("there are no ranges to access points", Severity.WARNING),
+    "fixes": ("there are no known positions: a session without poses cannot be mapped", Severity.ERROR),
+    "anchors": ("there are no anchors: map updates are detected at landmarks only", Severity.WARNING),
+    "events": ("refused scans and warnings are unknown", Severity.WARNING),
+    "record": ("how the recording ended is unknown", Severity.WARNING),
 }
 
 
@@ -76,7 +76,7 @@ class SessionFiles:
         return next((name for name in self.names[role] if is_file(self.folder / name)), self.names[role][0])
 
     def has(self, role: str) -> bool:
-        """Tell whether a role's file is there."""
+        """Return whether a role's file is there."""
         return any(is_file(self.folder / name) for name in self.names[role])
 
     def load(self, role: str) -> tuple[str, bytes]:
@@ -89,7 +89,7 @@ class SessionFiles:
                 self.note("missing_file", self.names[role][0], *MISSING[role])
             return self.names[role][0], b""
         if len(names) > 1:
-            self.note("second_file", names[1], f"{names[0]} says the same; this file is not read")
+            self.note("second_file", names[1], f"{names[0]} contains the same; this file is not read")
         try:
             data = read_bytes(self.folder / names[0])
         except OSError as error:
@@ -238,8 +238,8 @@ def unpacked(
 ) -> SessionRef:
     """A session as one folder below ``scratch``: the files of its zip, and those that lie in the folder beside.
 
-    ``inner`` finds the recording's folder in what the zip holds. Only the files that ``read`` lists of it are unpacked;
-    None: all. Where the zip cannot be unpacked the session is as it was, and reading it tells.
+    ``inner`` finds the recording's folder in the zip. Only the files that ``read`` lists of it are unpacked;
+    None: all. Where the zip cannot be unpacked the session is as it was, and reading it reports that.
     """
     try:
         with plain(packed).open("rb") as file, named_alike(zip_names(file)) as names:

@@ -38,7 +38,7 @@ class AmbiguousLandmarksError(SessionError):
 def ids_of_other_floors(landmarks: Landmarks, own: int, logged: Sequence[str]) -> tuple[str, ...]:
     """Logged ids that only landmark files of other floors than a session's own have.
 
-    None where nobody surveyed the own floor: then other floors' ids say nothing.
+    None where no one surveyed the own floor: then other floors' ids say nothing.
     """
     here = {name for name, floor in zip(landmarks.ids, landmarks.floor.tolist(), strict=True) if floor == own}
     return tuple(name for name in logged if name not in here and name in landmarks.index) if here else ()
@@ -77,8 +77,8 @@ def with_fewer_landmarks(session: Session, surveyed: Collection[str]) -> Session
     kept = np.sort(order[:MAX_LANDMARKS]).tolist()
     name = next((file.name for file in session.files if file.role == "landmarks"), "")
     message = (
-        f"{name}: {len(log.ids):,} landmarks are logged, and one session may have {MAX_LANDMARKS:,}; surveyed ones and "
-        "those logged most often are used: remove those that do not exist"
+        f"{name}: {len(log.ids):,} landmarks are logged, but a session may have at most {MAX_LANDMARKS:,}; surveyed "
+        "ones and those logged most often are used: remove those that do not exist"
     )
     left_out = len(log.ids) - len(kept)
     finding = Finding(kind="too_many_landmarks", file=name, count=left_out, message=message)
@@ -93,9 +93,10 @@ def landmarks_of_session(
     Their ids are unique; they come with the storeys that the session may be on, and with the logged ids that only other
     floors know and that nothing else speaks for.
 
-    It went to other floors if the walker said so (``camera.told_floors``), if it logged two landmarks that only they
-    have, or one and it went up or down by :data:`CLIMB_M`, or if its corrections say so (``named``: what they call
-    sheets of other floors). Raises AmbiguousLandmarksError where it did and a logged id then lies in two places.
+    It went to other floors if the collector chose them (``camera.told_floors``) or if its corrections say so
+    (``named``: what they call sheets of other floors). It also did if it logged two landmarks that only they have, or
+    one and it went up or down by :data:`CLIMB_M`. Raises AmbiguousLandmarksError where it did and a logged id then is
+    in two places.
     """
     elsewhere = ids_of_other_floors(considered, key.floor, log.ids)
     told = camera.told_floors is not None and bool((camera.told_floors.floor != key.floor).any())
@@ -103,7 +104,7 @@ def landmarks_of_session(
     if not sure and not (elsewhere and vertical_span_m(camera, log) >= CLIMB_M):
         return _own_floor(considered, key.floor), elsewhere
     own = set(considered.on_floor(key.floor).ids)
-    # Where the walker told when which floor was, an id that the own floor has was seen there: with_told_floors.
+    # If the collector logged the floors, an id that the own floor has was seen there: with_told_floors.
     _refuse_clashes(considered, key, [name for name in log.ids if not (told and name in own)], elsewhere)
     # Of an id with one place on several floors the own floor's entry counts, then the lowest floor's.
     order = np.lexsort((considered.floor, considered.floor != key.floor))
@@ -115,7 +116,7 @@ def ambiguous_landmarks(landmarks: Landmarks, own: int, logged: Sequence[str]) -
     """Of all floors' landmarks those that make it doubtful on which floor a session was, in pairs.
 
     A landmark of the session's own floor that it logged is followed by one of the same id elsewhere on another floor.
-    None where the session logged a landmark that only other floors have: then these tell where it went.
+    None where the session logged a landmark that only other floors have: then these show where it went.
     """
     if ids_of_other_floors(landmarks, own, logged):
         return landmarks.select([])
@@ -133,10 +134,11 @@ def ambiguous_floor(landmarks: Landmarks, key: SessionKey, camera: CameraTrack, 
     if not pairs.ids or (span_m := vertical_span_m(camera, log)) < CLIMB_M:
         return []
     message = (
-        f"the walk went up or down by {span_m:.1f} m, but its landmarks do not tell to which floor: for instance, "
-        f"landmark {pairs.ids[0]} hangs on floor {pairs.floor[0]}{_line(pairs, 0)} and elsewhere on floor "
-        f"{pairs.floor[1]}{_line(pairs, 1)}; all were taken for floor {key.floor}'s: if it went to another floor, give "
-        "the sheets ids that differ between floors, or leave the time there out by [[exclude_span]] in corrections.toml"
+        f"the walk went up or down by {span_m:.1f} m, but its landmarks do not show to which floor. For instance, "
+        f"landmark {pairs.ids[0]} is on floor {pairs.floor[0]}{_line(pairs, 0)} and elsewhere on floor "
+        f"{pairs.floor[1]}{_line(pairs, 1)}. All were assigned to floor {key.floor}. If the walk went to another "
+        "floor, give the sheets ids that differ between floors, or exclude that time with [[exclude_span]] in "
+        "corrections.toml"
     )
     return [Finding(kind="ambiguous_floor", file="", count=len(pairs.ids) // 2, message=message)]
 
@@ -151,15 +153,15 @@ def _own_floor(considered: Landmarks, own: int) -> Landmarks:
 
 
 def _refuse_clashes(landmarks: Landmarks, key: SessionKey, logged: Sequence[str], elsewhere: Sequence[str]) -> None:
-    """Raise AmbiguousLandmarksError where a logged id lies on two floors at places that are not known to be one."""
+    """Raise AmbiguousLandmarksError where a logged id is on two floors at places that are not known to be one."""
     for name, one, other in clashes(landmarks, logged):
         raise AmbiguousLandmarksError(
-            f"{key}: saw landmark {', '.join(elsewhere)}, which only other floors have, and landmark {name}, "
-            f"which two floors have at different places: floor {landmarks.floor[one]}{_line(landmarks, one)} "
-            f"and floor {landmarks.floor[other]}{_line(landmarks, other)}; let `vislam2tag diagnose` tell which sheet "
-            "it saw when, or leave both out by [[exclude_landmark]] in corrections.toml, and give one of them another "
-            "id for later walks; if the walk never left floor "
-            f"{key.floor}, add landmark {', '.join(elsewhere)} to its marker_dict.csv"
+            f"{key}: observed landmark {', '.join(elsewhere)}, which only other floors have, and landmark {name}, "
+            f"which two floors have at different places: floor {landmarks.floor[one]}{_line(landmarks, one)} and "
+            f"floor {landmarks.floor[other]}{_line(landmarks, other)}. Run `vislam2tag diagnose` to find which sheet "
+            "it observed when, or exclude both with [[exclude_landmark]] in corrections.toml, and give one of them "
+            f"another id for later walks. If the walk never left floor {key.floor}, add landmark "
+            f"{', '.join(elsewhere)} to its marker_dict.csv"
         )
 
 
@@ -179,17 +181,17 @@ def _line(landmarks: Landmarks, row: int) -> str:
     return f" ({landmarks.source[row]})" if landmarks.source else ""
 
 
-_REASON = "the walker said so"
+_REASON = "the collector chose this floor"
 
 
 def floors_told(session: Session) -> tuple[int, ...]:
-    """Numbers of the floors that the walker said to be on, sorted; none where nobody said so."""
+    """Numbers of the floors that the walker said to be on, sorted; none where no one said so."""
     told = session.camera.told_floors
     return () if told is None else tuple(np.unique(told.floor).tolist())
 
 
 def on_known_floors(session: Session, site: Site) -> Session:
-    """Leave out what the walker told of floors that the survey does not have, and report them."""
+    """Leave out logged floors that the survey does not have, and report them."""
     told = session.camera.told_floors
     if told is None:
         return session
@@ -198,8 +200,8 @@ def on_known_floors(session: Session, site: Site) -> Session:
         return session
     unknown = ", ".join(map(str, np.unique(told.floor[~known]).tolist()))
     message = (
-        f"the collector said to be on floor {unknown}, which the survey does not have: what follows counts as on the "
-        "floor before; add the floor (docs/how-to/site.md), or leave the time out by [[exclude_span]]"
+        f"the collector chose floor {unknown}, which the survey does not have: the data after that is assigned to "
+        "the previous floor; add the floor (docs/how-to/site.md), or exclude this time with [[exclude_span]]"
     )
     finding = Finding(kind="unknown_told_floor", file="Events.csv", count=int((~known).sum()), message=message)
     kept = ToldFloors(told.time_ns[known], told.floor[known]) if known.any() else None
@@ -207,10 +209,10 @@ def on_known_floors(session: Session, site: Site) -> Session:
 
 
 def with_told_floors(corrections: Corrections, session: Session, landmarks: Landmarks) -> Corrections:
-    """Add an entry for each sheet that hangs on a floor the walker told, and whose id another floor has too.
+    """Add an entry for each sheet on a floor that the collector logged, if another floor has the same id.
 
-    ``landmarks`` are all floors'. From the moment told to the next one, sightings of such an id are the told floor's.
-    What the file says of an id for this session goes before.
+    ``landmarks`` are all floors'. From the logged moment to the next one, sightings of such an id are assigned to the
+    logged floor. Entries of the file for an id and session take precedence.
     """
     told, camera = session.camera.told_floors, session.camera
     if told is None or not camera.usable.any():
@@ -254,10 +256,10 @@ class ToldLandmarks:
     heading_rad: FloatArray
     joint_covariance: FloatArray
     sessions: int
-    """How many other sessions tell of them."""
+    """How many other sessions observed them."""
 
     def onto(self, landmarks: Landmarks) -> Landmarks:
-        """The landmarks of a session, ids unique, in the places told; those that it does not list are added."""
+        """The landmarks of a session, ids unique, at the given positions; those that it does not list are added."""
         new = [i for i, name in enumerate(self.ids) if name not in landmarks.index]
         whole = _with_unsurveyed(landmarks, tuple(self.ids[i] for i in new), self.floor[new])
         rows = np.array([whole.index[name] for name in self.ids], dtype=np.int64)
@@ -280,7 +282,7 @@ class ToldLandmarks:
 
 
 def _with_unsurveyed(landmarks: Landmarks, ids: tuple[str, ...], floor: IntArray) -> Landmarks:
-    """The landmarks and further ones on these floors (k,), as if nobody had surveyed them."""
+    """The landmarks and further ones on these floors (k,), as if no one had surveyed them."""
     unknown, infinite = np.full(len(ids), np.nan), np.tile(np.diag((np.inf, np.inf)), (len(ids), 1, 1))
     return replace(
         landmarks,
@@ -295,9 +297,7 @@ def _with_unsurveyed(landmarks: Landmarks, ids: tuple[str, ...], floor: IntArray
     )
 
 
-SAME_IDS = (
-    "give the sheets the ids of the table in the app, or write the logged ids into the first column of marker_dict.csv"
-)
+SAME_IDS = "use the ids of the table in the app, or write the logged ids into the first column of marker_dict.csv"
 """What to do."""
 
 
@@ -314,7 +314,7 @@ def compared_with_logs(landmarks: Landmarks, logged: Mapping[int, Iterable[str]]
         if not table or not seen:
             continue
         elsewhere = len(seen) < len(set(names))
-        one = compare_ids(table, seen, (f"the landmark table of floor {floor}", "what the phones logged there"))
+        one = compare_ids(table, seen, (f"the landmark table of floor {floor}", "the phones' log there"))
         if one.differ and (one.pattern is not None or not elsewhere):
             found[floor] = one
     return found

@@ -23,7 +23,7 @@ Columns: TypeAlias = Mapping[str, pl.DataType | type[pl.DataType]]
 
 @dataclass(frozen=True)
 class RawTable:
-    """What one raw file holds: ``lines = rows.height + len(unreadable)``.
+    """Contents of one raw file: ``lines = rows.height + len(unreadable)``.
 
     ``rows`` starts with ``row`` (int64, 1-based line), then the columns asked for, in file order; no nulls.
     ``unreadable`` names the lines that do not parse; ``findings`` already counts them.
@@ -147,12 +147,12 @@ def unreadable_findings(
     file: str,
     last: int,
     unreadable: Sequence[int],
-    what: str = "these lines do not have the expected fields; they are left out: look at the first ones",
+    what: str = "these lines do not have the expected fields; they are skipped: look at the first ones",
 ) -> list[Finding]:
     """Report a last line that is cut off, and other lines that do not parse: ``what`` says so."""
     cut = [last] if last in unreadable and not data.endswith(b"\n") else []
     malformed = [line for line in unreadable if line not in cut]
-    message = "the last line is cut off, as when the recorder is killed; it is left out"
+    message = "the last line is incomplete, as if the recording app was killed; it is skipped"
     return [
         *at_lines_if("partial_last_line", file, cut, message),
         *at_lines_if("malformed_lines", file, malformed, what),
@@ -174,7 +174,7 @@ def _with_marks_judged(raw: RawTable, data: bytes) -> RawTable:
     point = [row for row in readable if b"." in lines[row - 1]]
     if not comma or not point:
         return raw
-    message = "the file mixes decimal commas and points; both are understood, these lines use the rarer one"
+    message = "the file mixes decimal commas and points; both are read, these lines use the rarer one"
     mixed = Finding.at_lines("mixed_decimal_marks", raw.file, min(comma, point, key=len), message)
     return replace(raw, findings=(*raw.findings, mixed))
 
@@ -209,7 +209,7 @@ class LineTable:
 
 
 def level_dbm(text: pl.Expr) -> pl.Expr:
-    """Read a level with either decimal mark (dBm); null where it is no number."""
+    """Read a level with either decimal mark (dBm); null where it is not a number."""
     return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).cast(pl.Float32)
 
 
@@ -232,7 +232,7 @@ _TEXT = r"^[^\x00-\x1f\x7f]*$"
 class NamedTable:
     """A table with a header, of commas: columns are taken by name.
 
-    A row without a value of the first one, a ``required`` one or one of the ``words`` is no row. Words are texts of
+    A row without a value of the first one, a ``required`` one or one of the ``words`` is not a row. Words are texts of
     letters, digits and ``_``; ``quoted`` says that texts may be anything, in quotes.
     """
 

@@ -18,8 +18,8 @@ POSE_COLUMNS = dict.fromkeys(("tx", "ty", "tz", "qx", "qy", "qz", "qw"), pl.Floa
 GREATEST = 1e6
 """No tracker's frame reaches this far, metres: such a number is a fault, and its square might overflow."""
 FAR_TIMES = (
-    f"times are more than {MAX_RECORDING_S / 3600:g} h from the median time, the longest that one recording may last; "
-    "they are not used: correct them, or split the recording"
+    f"times are more than {MAX_RECORDING_S / 3600:g} h from the median time, longer than a recording may last; they "
+    "are not used: correct them, or split the recording"
 )
 NOT_FINITE = f"numbers must be finite and less than {GREATEST:g}; these poses are not used"
 
@@ -82,12 +82,17 @@ def camera_track(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
         line,
         file,
         ("far_times", far, FAR_TIMES, Severity.WARNING),
-        ("duplicate_times", duplicate, "frames repeat the time of an earlier one; the first counts", Severity.WARNING),
+        (
+            "duplicate_times",
+            duplicate,
+            "frames repeat the time of an earlier one; only the first is used",
+            Severity.WARNING,
+        ),
         ("backward_times", backward, message, Severity.WARNING),
     )
     findings += _frame_gaps(track, line, file, settings)
     if not track.usable.any():
-        message = "no usable camera pose; the session cannot be mapped"
+        message = "there is no usable camera pose; the session cannot be mapped"
         findings.append(Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR))
     return track, findings
 
@@ -102,7 +107,7 @@ def _latest_before(time_ns: IntArray, sound: BoolArray) -> IntArray:
 
 def _backward_message(time_ns: IntArray, latest_ns: IntArray, backward: BoolArray, line: IntArray) -> str:
     """What happened at frames (n,); where most are backward, one wrong time is probably to blame, and is named."""
-    message = "frames are earlier than one before them; they are not used"
+    message = "frames are earlier than a preceding one; they are not used"
     if 2 * np.count_nonzero(backward) <= len(backward):
         return message
     values, counts = np.unique(latest_ns[backward], return_counts=True)
@@ -116,8 +121,8 @@ def _frame_gaps(track: CameraTrack, line: IntArray, file: str, settings: Finding
     step_s = np.diff(track.time_ns[track.usable]) / 1e9
     after = line[track.usable][1:][step_s > settings.frame_gap_s].tolist()
     message = (
-        f"no frame for more than {settings.frame_gap_s:g} s before these lines (longest {step_s.max(initial=0):.1f} s);"
-        " nothing is known of the way walked there"
+        f"there was no frame for more than {settings.frame_gap_s:g} s before these lines (longest "
+        f"{step_s.max(initial=0):.1f} s); the path walked there is unknown"
     )
     return at_lines_if("frame_gap", file, after, message)
 
@@ -134,13 +139,13 @@ def landmark_log(rows: pl.DataFrame, file: str, camera: CameraTrack) -> tuple[La
     """
     position, orientation, sound, findings = poses_of(rows, file)
     (frame, orphans), line = frames_of(rows["time_ns"].to_numpy(), camera), rows["row"].to_numpy()
-    message = "no frame has the time of these rows; they are not used"
+    message = "there is no frame at the time of these rows; they are not used"
     findings += findings_of(line, file, ("landmark_rows_without_frame", sound & orphans, message, Severity.WARNING))
     ids, landmark = _landmarks_of(rows["id"])
     used = np.flatnonzero(sound & (frame >= 0))
     ids, landmark = _by_first_sighting(ids, landmark, frame, used)
     used, repeated = sorted_once(landmark, frame, used)
-    message = "a landmark has several rows at the same time; the first counts"
+    message = "a landmark has several rows at the same time; only the first is used"
     findings += at_lines_if("duplicate_landmark_rows", file, sorted(line[repeated].tolist()), message)
     frame, position = frame[used], position.take(used, axis=0)
     offset = position - camera.position_acs.take(frame, axis=0)

@@ -34,7 +34,7 @@ FEWEST_READINGS = 20
 
 
 def inertial_log(sensors: pl.DataFrame) -> InertialLog | None:
-    """Take the inertial readings out of a ``sensors`` table; None where accelerometer or gyroscope lacks."""
+    """Take the inertial readings out of a ``sensors`` table; None if accelerometer or gyroscope is missing."""
     force_ns, force = _readings(sensors, "ACC")
     rate_ns, rate = _readings(sensors, "GYRO")
     if min(len(force_ns), len(rate_ns)) < FEWEST_READINGS:
@@ -110,7 +110,7 @@ def _without_tracker(session: Session, reading: SessionFiles, rows: pl.DataFrame
     session = replace(session, files=tuple(reading.files), findings=tuple(reading.findings))
     made = without_tracker(session, fixes)
     if made is None:
-        message = "no poses, and no accelerometer and gyroscope readings either; the session cannot be mapped"
+        message = "there are no poses, accelerometer or gyroscope readings; the session cannot be mapped"
         found = [*found, Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
         made = replace(session, findings=_without_absence(session.findings))
     return replace(made, findings=(*made.findings, *found))

@@ -64,7 +64,7 @@ def read_site(
     ``default_sigma_m`` is the standard deviation per axis of landmarks whose file gives none; ``landmark_file``
     replaces the floors' own landmark files. Missing and damaged site files are findings. What comes from outside the
     folder is left out, which is a finding, unless ``follow_links`` is given. Raises SurveyError where the folder is
-    missing, no folder, or holds no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
+    missing, no folder, or contains no floor, or where ``site.toml`` or ``landmark_file`` cannot be used.
     """
     restore(root)  # what `site write` makes is replaced whole
     rows, problems = list[SurveyedLandmark](), list[Finding]()
@@ -101,16 +101,18 @@ def _published_floors(root: Path, folders: dict[int, Path]) -> tuple[list[Floor]
 def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     """List the ``floor_K`` folders by number; a second folder of the same number is a finding.
 
-    Raises SurveyError where ``root`` is missing, no folder, cannot be listed, or holds no floor.
+    Raises SurveyError where ``root`` is missing, no folder, cannot be listed, or contains no floor.
     """
     if not root.exists():
         raise SurveyError(f"{root}: no such folder; expected a survey folder with floor_K folders inside")
     if not root.is_dir():
-        zipped = "; unpack it and give the folder" if is_zipfile(root) else ""
-        raise SurveyError(f"{root}: not a folder; expected a survey folder with floor_K folders inside{zipped}")
+        zipped = "; unpack it and pass the folder" if is_zipfile(root) else ""
+        raise SurveyError(f"{root}: this is not a folder; expected a survey folder with floor_K folders inside{zipped}")
     folders, findings = _numbered_folders(root)
     if not folders:
-        raise SurveyError(f"{root}: not a survey: no folder named floor_1, floor_2, ... in it{_instead(root)}")
+        raise SurveyError(
+            f"{root}: this is not a survey: it contains no folder named floor_1, floor_2, ...{_instead(root)}"
+        )
     return folders, findings
 
 
@@ -119,21 +121,23 @@ def refuse_unknown_floors(site: Site, numbers: Iterable[int]) -> None:
     there = [floor.number for floor in site.floors]
     for number in numbers:
         if number not in there:
-            raise UsageError(f"--floor {number}: the site has no such floor; there are: {', '.join(map(str, there))}")
+            raise UsageError(
+                f"--floor {number}: the site does not have this floor; its floors are: {', '.join(map(str, there))}"
+            )
 
 
 def _instead(root: Path) -> str:
-    """What a folder is that is no survey, and what to give, where that is plain to see."""
+    """What a folder is that is not a survey, and what to give, where that is plain to see."""
     for parent in (root.resolve(), *root.resolve().parents[:2]):
         if _FLOOR_FOLDER.fullmatch(parent.name):
-            return f"; it lies in a floor's folder: give the survey's, {parent.parent}"
+            return f"; it is inside the folder of a floor: pass the survey's folder, {parent.parent}"
     if (root / "run.json").is_file():
-        return "; it contains the output of another command: give the survey that this output was made from"
+        return "; it contains the output of another command: pass the survey that this output was made from"
     if (root / "dataset.json").is_file():
         return "; it is a data set"
     within = [path.parent for path in sorted(root.glob("*/floor_*")) if _FLOOR_FOLDER.fullmatch(path.name)]
     if within:
-        return f"; give the folder that holds them: {within[0]}"
+        return f"; pass the folder that contains them: {within[0]}"
     return ""
 
 
@@ -147,7 +151,7 @@ def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     for folder in sorted(listed, key=lambda folder: len(folder.name)):
         match = _FLOOR_FOLDER.fullmatch(folder.name)
         if match and folders.setdefault(int(match.group(1)), folder) is not folder:
-            message = f"floor {int(match.group(1))} has two folders; this one is left out: rename it"
+            message = f"floor {int(match.group(1))} has two folders; this one is skipped: rename it"
             findings.append(site_finding("duplicate_floor", folder.name, message))
     findings += walks_in_no_floor([folder for folder in listed if not _FLOOR_FOLDER.fullmatch(folder.name)])
     return dict(sorted(folders.items())), findings
@@ -171,9 +175,9 @@ def subfolders(folder: Path) -> list[Path]:
 
 
 def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Finding]]:
-    """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it holds.
+    """List every ``floor_K/DEVICE/SESSION`` folder, sorted by key, whatever it contains.
 
-    Where there is a zip of that name, ``SESSION.zip``, it may hold the session in place of the folder. A floor's or
+    Where there is a zip of that name, ``SESSION.zip``, it may contain the session in place of the folder. A floor's or
     device's folder that cannot be listed is a finding. A site of the Indoor Location Competition 2.0 has files in place
     of sessions' folders.
     """
@@ -186,7 +190,9 @@ def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Fin
         try:
             return subfolders(folder)
         except OSError as error:
-            message = f"cannot be looked into ({error.strerror}): nothing in it is processed; check its permissions"
+            message = (
+                f"the folder cannot be opened ({error.strerror}): nothing in it is processed; check its permissions"
+            )
             name = folder.relative_to(root).as_posix()
             findings.append(site_finding("unreadable_folder", name, message, Severity.ERROR))
             return []
@@ -200,7 +206,7 @@ def session_folders(root: Path) -> tuple[list[tuple[SessionKey, Path]], list[Fin
 
 
 def zip_of(session: Path) -> Path | None:
-    """The zip that lies beside a session's folder, or in its place; None where there is none."""
+    """The zip that is beside a session's folder, or in its place; None where there is none."""
     path = session.with_name(f"{session.name}.zip")
     return path if is_file(path) else None
 
@@ -241,7 +247,7 @@ def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
     except OSError:  # the folder's own finding reports it
         return None, []
     if plan is None:
-        message = f"no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
+        message = f"there is no plan ({' or '.join(PLAN_NAMES[:2])}); a metric grid is drawn instead"
         return None, [site_finding("missing_plan", f"{folder.name}/{PLAN_NAMES[0]}", message, Severity.INFO)]
     try:
         check_image(plan)
@@ -252,9 +258,9 @@ def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
 
 
 BESIDE_M = 5.0
-"""Landmarks farther beside the plan than this hang on no wall of it."""
+"""Landmarks further beside the plan than this hang on no wall of it."""
 POSES = ("poses.csv", "CameraPose.csv")
-"""Names of the file that tells walks apart."""
+"""Names of the file that distinguishes walks."""
 LEAST_BYTES = 10_000
 """Poses of a walk of some seconds have more; less may be alike by chance."""
 
@@ -275,20 +281,20 @@ def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
         beside_m = np.maximum.reduce((left - x, x - right, low - y, y - high))
         off = [here.ids[i] for i in np.flatnonzero(here.surveyed & (beside_m > BESIDE_M)).tolist()]
         message = (
-            f"{len(off)} of {len(here.ids)} landmarks of floor {floor.number} ({names_shown(off)}) lie more than "
-            f"{BESIDE_M:g} m off its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} m: "
-            "are they in metres, from the plan's origin, x before y? vislam2tag diagnose tells units and mirrored "
-            "tables from the walks"
+            f"{len(off)} of {len(here.ids)} landmarks of floor {floor.number} ({names_shown(off)}) are more than "
+            f"{BESIDE_M:g} m outside its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} "
+            "m. Check that they are in metres, from the plan's origin, x before y. To detect wrong units and "
+            "mirrored tables from the walks, run vislam2tag diagnose"
         )
         found += finding_if(len(off), "landmarks_off_plan", message, severity=Severity.WARNING)
     return found
 
 
 def walks_in_no_floor(folders: Sequence[Path]) -> list[Finding]:
-    """Find folders with walks (DEVICE/SESSION) whose names are no floors', and which nothing reads."""
+    """Find folders with walks (DEVICE/SESSION) whose names are not those of floors, and which nothing reads."""
     message = (
-        "it holds walks, but only folders named floor_1, floor_2, ... are floors: it is left out; rename "
-        "it, or, if it is another building, make that a survey of its own"
+        "it contains walks, but only folders named floor_1, floor_2, ... are floors, so it is skipped: rename it, "
+        "or, if it is another building, make it a survey of its own"
     )
     with_walks = [folder for folder in folders if any(next(folder.glob(f"*/*/{name}"), None) for name in POSES)]
     return [site_finding("unrecognised_folder", folder.name, message) for folder in with_walks]
@@ -312,8 +318,8 @@ def walks_twice(root: Path, sessions: Sequence[tuple[SessionKey, Path]]) -> list
                 continue
             if first is not path:
                 message = (
-                    f"holds the same walk as {first.parent.relative_to(root).as_posix()}: it would count twice; remove "
-                    "one of the two, or leave it out by [[exclude_session]] in corrections.toml"
+                    f"contains the same walk as {first.parent.relative_to(root).as_posix()}: it would count twice; "
+                    "remove one of the two, or exclude it with [[exclude_session]] in corrections.toml"
                 )
                 name = path.parent.relative_to(root).as_posix()
                 found.append(site_finding("walk_twice", name, message))

@@ -100,7 +100,7 @@ def _extent(
 ROOMS_FILE = "rooms.csv"
 """In a floor's folder: name, x and y of rooms, metres in the BCS."""
 _SIZE = re.compile(r"\W*[\d.,\s]+(m|cm|mm|m²|m2|qm|ft|sq\.? ?ft)\W*", re.IGNORECASE)
-"""A dimension or an area, which is no room's name."""
+"""A dimension or an area, which is not a room's name."""
 _NUMBER = re.compile(r"\d")
 _LONGEST = 40
 """Characters; what is longer explains something."""
@@ -114,7 +114,7 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[PlanText], list
     try:
         table = read_site_table(root, path, columns=ROOMS)
     except OSError as error:
-        return [], [unreadable_file(name, error, "rooms keep the names that the plan has")]
+        return [], [unreadable_file(name, error, "rooms keep the names of the plan")]
     if (problem := table.missing_columns(ROOMS)) is not None:
         return [], [Finding(kind="malformed_header", file=name, count=1, message=problem, lines=table.header_lines)]
     found: dict[int, PlanText] = {}
@@ -124,7 +124,7 @@ def read_room_names(root: Path, path: Path | None) -> tuple[list[PlanText], list
             if fields[0] and x is not None and y is not None:
                 found[line] = PlanText(fields[0], (x, y))
     wrong = [line for line, _ in table.rows if line not in found]
-    message = "these rows have no name, or no x and y in metres; they are left out: correct them"
+    message = "these rows have no name, or no x and y in metres; they are skipped: correct them"
     return list(found.values()), [*table.findings, *at_lines_if("malformed_lines", name, wrong, message)]
 
 
@@ -163,7 +163,7 @@ def is_ilc20_site(root: Path) -> bool:
 
 
 def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
-    """Read the floors of a site, sorted by number (F1 is 0, B1 is -1); what a floor's file lacks is a finding."""
+    """Read the floors of a site, sorted by number (F1 is 0, B1 is -1); missing parts of a floor's file are findings."""
     floors, findings = [], _unnumbered(root)
     for number, folder in _competition_folders(root).items():
         width_m = height_m = None
@@ -172,8 +172,8 @@ def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
             width_m, height_m = float(extent["width"]), float(extent["height"])
         except (OSError, ValueError, KeyError, TypeError):
             message = (
-                'cannot be read; expected {"map_info": {"width": ..., "height": ...}}, metres; the floor\'s extent is '
-                "taken from the data"
+                'the file cannot be read; expected {"map_info": {"width": ..., "height": ...}}, metres; the '
+                "floor's extent is taken from the data"
             )
             name = f"{folder.name}/{INFO_FILE}"
             findings.append(site_finding("floor_without_size", name, message))
@@ -196,7 +196,7 @@ def ilc20_floors(root: Path) -> tuple[list[Floor], list[Finding]]:
 def _competition_plan(
     folder: Path, width_m: float | None, height_m: float | None
 ) -> tuple[Path | None, PlanSource | None]:
-    """The floor's outlines, which tell where it can be walked, else its picture; both cover its extent."""
+    """The floor's outlines, which show where it can be walked, else its picture; both cover its extent."""
     if width_m is None or height_m is None:
         return None, None
     if (folder / OUTLINES).is_file():
@@ -229,7 +229,10 @@ def _competition_folders(root: Path) -> dict[int, Path]:
 
 def _unnumbered(root: Path) -> list[Finding]:
     """Folders with traces whose floor has no number."""
-    message = "the floor's name tells no number: its traces are left out; call the folder F1, F2, ... or B1, ..."
+    message = (
+        "the folder's name contains no floor number, so its traces are skipped; rename the folder to F1, F2, ... or "
+        "B1, ..."
+    )
     return [
         site_finding("unknown_floor", traces.parent.name, message, Severity.ERROR)
         for traces in sorted(root.glob(f"*/{TRACES}"))

@@ -118,8 +118,8 @@ def changes_text(changes: FrameChanges) -> str:
 def estimated_changes(old: Site, new: Site, *, rigid: bool = False, without: Collection[str] = ()) -> FrameChanges:
     """Estimate each floor's change from the surveyed landmarks that both sites know, by least squares.
 
-    ``rigid``: the scale stays 1; ``without``: ids of landmarks that do not count (they hang elsewhere now). Floors
-    that the new site lacks, or neither has landmarks on, are left out. Raises SurveyError where two sites share fewer
+    ``rigid``: the scale stays 1; ``without``: ids of landmarks that do not count (they hang elsewhere now). Floors that
+    are not in the new site, or neither has landmarks on, are left out. Raises SurveyError where two sites share fewer
     than two places on a floor, or no floor.
     """
     known = {floor.number: floor for floor in old.floors if len(old.landmarks.on_floor(floor.number).ids)}
@@ -129,7 +129,9 @@ def estimated_changes(old: Site, new: Site, *, rigid: bool = False, without: Col
         if floor.number in known
     ]
     if not found:
-        raise SurveyError("the old and the new site share no floor with landmarks; give the change by --by rebase.toml")
+        raise SurveyError(
+            "the old and the new site share no floor with landmarks; pass the change with --by rebase.toml"
+        )
     return FrameChanges(floors=tuple(found))
 
 
@@ -145,8 +147,8 @@ def _estimated(
         similarity = Similarity2.fit(source, target)
     except ValueError as error:
         raise SurveyError(
-            f"floor {number}: the old and the new site share {len(ids)} surveyed landmarks"
-            f"{', all in one place' if len(ids) > 1 else ''}; two places are needed, or --by rebase.toml"
+            f"floor {number}: the old and the new site share {len(ids)} surveyed "
+            f"landmarks{', all in one place' if len(ids) > 1 else ''}; two places are required, or --by rebase.toml"
         ) from error
     if rigid:
         turn = similarity.a / similarity.scale
@@ -203,8 +205,8 @@ def in_frame_of(landmarks: Landmarks, site: Site, own: int) -> Landmarks:
 def changed_landmarks_text(root: Path, path: Path, changes: Mapping[int, FrameChange], folder: int | None) -> str:
     """A landmark file with its positions, sigmas and headings in the new frame; heights above the floor stay.
 
-    ``folder`` is the floor that the file lies under; None: its column ``floor`` tells. Raises SurveyError where a row
-    cannot be read, or lies on a floor without a change.
+    ``folder`` is the floor that the file is under; None: its column ``floor`` contains it. Raises SurveyError where a
+    row cannot be read, or is on a floor without a change.
     """
     table = readable_table(root, path, columns=LANDMARKS)
     if (problem := table.missing_columns(LANDMARKS)) is not None:
@@ -235,7 +237,7 @@ def _change(changes: Mapping[int, FrameChange], floor: str | int | None, place: 
     try:
         number = int(landmark_id(str(floor)))
     except ValueError as error:
-        raise SurveyError(f"{place}: floor '{floor}' is no number; correct it") from error
+        raise SurveyError(f"{place}: floor '{floor}' is not a number; correct it") from error
     if number not in changes:
         raise SurveyError(f"{place}: there is no change for floor {number}; add it to rebase.toml")
     return changes[number]

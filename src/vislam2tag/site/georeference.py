@@ -20,7 +20,7 @@ _ROUNDS = 4
 
 
 class Georeference(Record):
-    """Where a floor's BCS lies on the earth (WGS84)."""
+    """Where a floor's BCS is on the earth (WGS84)."""
 
     latitude_deg: float = Field(ge=-90, le=90)
     """Of the BCS origin."""
@@ -75,19 +75,19 @@ def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg:
         system = CRS.from_epsg(epsg)
         grid = Transformer.from_crs(system, 4326, always_xy=True)
     except ProjError as error:
-        raise ValueError(f"EPSG:{epsg} is no reference system known") from error
+        raise ValueError(f"EPSG:{epsg} is not a known reference system") from error
     if not system.is_projected:
         raise ValueError(f"EPSG:{epsg} ({system.name}) has no eastings and northings; give latitude_deg, longitude_deg")
     turn = np.radians(rotation_deg)
     up = np.array(origin_m) + _BASE_M * np.array([-np.sin(turn), np.cos(turn)])
     degrees = np.column_stack(grid.transform(*np.array([origin_m, up]).T))
     if not np.isfinite(degrees).all():
-        raise ValueError(f"EPSG:{epsg} ({system.name}) has no place at {origin_m[0]:g}, {origin_m[1]:g}")
+        raise ValueError(f"EPSG:{epsg} ({system.name}) is not defined at {origin_m[0]:g}, {origin_m[1]:g}")
     return _between(degrees)
 
 
 def georeference_of(outer: Georeference, outer_T_inner: Similarity2) -> Georeference:
-    """Georeference of a frame that lies in another one."""
+    """Georeference of a frame that is in another one."""
     if outer_T_inner == Similarity2.identity():
         return outer
     return _between(to_wgs84(outer_T_inner @ np.array([[0.0, 0.0], [0.0, _BASE_M]]), outer))

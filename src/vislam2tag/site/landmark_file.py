@@ -54,14 +54,14 @@ GREATEST_FLOOR = 999_999
 
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        "a row needs an id, numbers for x and y (or none for an unsurveyed landmark), positive sigmas and, in a "
-        "file for several floors, a floor; these rows are left out: correct them"
+        "a row needs an id, numbers for x and y (or neither for an unsurveyed landmark), positive sigmas and, in a "
+        "file for several floors, a floor; these rows are skipped: correct them"
     ),
     "non_finite_values": (
-        f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are left out: correct them (those of a "
-        "national grid are brought to the plan by vislam2tag register --control)"
+        f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are skipped: correct them (vislam2tag "
+        "register --control converts those of a national grid)"
     ),
-    "duplicate_landmarks": "an id may appear once on a floor; the first row counts: remove the others",
+    "duplicate_landmarks": "an id may appear only once on a floor; the first row is used: remove the others",
 }
 
 
@@ -131,17 +131,17 @@ def read_completed_file(
     findings.
 
     Its columns are those of :func:`read_landmark_file`; ``floor`` may be absent only where there is one floor. Raises
-    SurveyError where the file cannot be opened, lacks a column, or has no usable row of any of these floors.
+    SurveyError where the file cannot be opened, has a missing column, or has no usable row of any of these floors.
     """
     table = readable_table(path.parent, path, "; expected a landmark file", columns=LANDMARKS)
     if (problem := table.missing_columns(LANDMARKS)) is not None:
         raise SurveyError(f"{':'.join(map(str, (path, *table.header_lines)))}: {problem}")
     if len(floors) > 1 and "floor" not in table.header[1:]:
-        raise SurveyError(f"{path}: there is no column floor, which a landmark file for several floors needs")
+        raise SurveyError(f"{path}: the column floor is missing, which a landmark file for several floors needs")
     found, findings = landmarks_in(table, next(iter(floors)) if len(floors) == 1 else None, default_sigma_m, set())
     if not any(landmark.floor in floors for landmark in found):
         there = ", ".join(str(floor) for floor in sorted(floors))
-        raise SurveyError(f"{path}: holds no usable landmark of the survey's floors ({there})")
+        raise SurveyError(f"{path}: contains no usable landmark of the survey's floors ({there})")
     return found, findings
 
 
@@ -269,13 +269,13 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
             if x is not None and y is not None and max(abs(x), abs(y)) <= GREATEST_M:
                 points[line] = x, y
     if len(points) > MAX_CONTROL_POINTS:
-        message = f"{len(points):,} control points, and a floor may have {MAX_CONTROL_POINTS:,}; none is used"
+        message = f"{len(points):,} control points, but a floor may have at most {MAX_CONTROL_POINTS:,}; none is used"
         return none, [*table.findings, site_finding("unreadable_file", table.file, message)]
     positions = np.array(list(points.values()), dtype=np.float64).reshape(len(points), 2)
     ids = tuple(str(i) for i in range(len(points)))
     wrong = [line for line, _ in table.rows if line not in points]
     message = (
-        f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are left out: correct them"
+        f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are skipped: correct them"
     )
     findings = [*table.findings, *at_lines_if("malformed_lines", table.file, wrong, message)]
     return ControlPoints(ids, positions, tuple(table.place(line) for line in points)), findings
@@ -284,7 +284,7 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
 SUFFIX = ".covariance.parquet"
 """``completed.csv`` has ``completed.covariance.parquet`` beside it."""
 SAME_PLACE_M = 1e-3
-"""A row of the landmark file that lies elsewhere was changed since: it errs by itself."""
+"""A row of the landmark file that is elsewhere was changed since: it errs by itself."""
 MOST_LANDMARKS = 400
 """Each session is given the whole covariance, which grows with the square of their number."""
 _WITH = ("with_x", "with_y", "with_heading")
@@ -292,7 +292,7 @@ _WITH = ("with_x", "with_y", "with_heading")
 
 @dataclass(frozen=True)
 class SharedErrors:
-    """``k`` landmarks by floor (k,) and id, at ``position_bcs`` (k, 2) metres; ``covariance`` (3k, 3k) of x, y of each,
+    """``k`` landmarks by floor (k,) and id, at ``position_bcs`` (k, 2) metres. ``covariance`` (3k, 3k) of x, y of each,
     then of all headings (m^2, m rad, rad^2; next to infinite where a heading is not known).
     """
 
@@ -322,7 +322,7 @@ class SharedErrors:
             return landmarks
         rows, count = here[used], len(own)
         if count > MAX_JOINT_LANDMARKS:
-            raise ValueError(f"{count:,} landmarks, and at most {MAX_JOINT_LANDMARKS:,} can share errors")
+            raise ValueError(f"{count:,} landmarks, but at most {MAX_JOINT_LANDMARKS:,} can have correlated errors")
         joint = np.diag(np.concatenate((np.zeros(2 * count), np.nan_to_num(landmarks.heading_sigma_rad) ** 2)))
         pair = 2 * np.arange(count)[:, None] + (0, 1)
         apart = np.flatnonzero(landmarks.surveyed)
@@ -340,7 +340,7 @@ def errors_file(landmark_file: Path) -> Path:
 
 
 def with_shared_errors(landmarks: Landmarks, landmark_file: Path) -> Landmarks:
-    """Landmarks with the errors that they share, where a file beside theirs tells them.
+    """Landmarks with the errors that they share, if a file next to theirs contains them.
 
     Raises SurveyError where that file cannot be used.
     """
@@ -363,7 +363,7 @@ def _read(path: Path) -> SharedErrors:
     covariance = np.concatenate((np.stack(parts[:2], axis=1).reshape(-1, 3 * len(table)), parts[2]))
     position = table.select("x", "y").to_numpy().astype(np.float64)
     if not (np.isfinite(covariance).all() and np.isfinite(position).all() and np.allclose(covariance, covariance.T)):
-        raise ValueError("it holds no covariance")
+        raise ValueError("it contains no covariance")
     np.linalg.cholesky(covariance)  # raises where no errors could have it
     return SharedErrors(
         table["floor"].to_numpy().astype(np.int64), tuple(table["landmark"].to_list()), position, covariance

@@ -95,8 +95,8 @@ def read_states(root: Path, folder: Path) -> tuple[dict[str, StateRow], list[Fin
     rows = {line: _state_row(table, fields) for line, fields in table.rows}
     found = {row.landmark: row for row in rows.values() if row is not None}
     message = (
-        f"a row needs the columns {', '.join(COLUMNS)}, with the state planned or measured; these rows are left out, "
-        "their landmarks count as measured: correct them"
+        f"a row needs the columns {', '.join(COLUMNS)}, with the state planned or measured; these rows are skipped "
+        "and their landmarks count as measured: correct them"
     )
     return found, at_lines_if("malformed_lines", table.file, [line for line in rows if rows[line] is None], message)
 
@@ -197,8 +197,9 @@ def planned_findings(landmarks: Landmarks, *, use_planned: bool) -> list[Finding
             "measured yet; they are used as if measured (--use-planned)"
             if use_planned
             else f"floor {floor} has {counts}. The positions of landmarks {names} come from vislam2tag plan and are "
-            "not measured yet; they are not used. Measure them (vislam2tag register, or write measured positions into "
-            f"marker_dict.csv and the state measured into {STATES_FILE}), or use the plan's places with --use-planned"
+            "not measured yet; they are not used. Measure them (vislam2tag register, or write measured positions "
+            f"into marker_dict.csv and the state measured into {STATES_FILE}), or use the planned positions with "
+            "--use-planned"
         )
         found += finding_if(len(here.planned_ids), "planned_landmarks", message, severity=severity)
     return found
@@ -239,7 +240,7 @@ class SurveyedLandmark:
 
 
 CLOSE_M = 5.0
-"""A sheet hangs within a few metres of its planned place; other sheets of the floor are farther away, most of them."""
+"""A sheet hangs within a few metres of its planned place; other sheets of the floor are further away, most of them."""
 _DIGITS = re.compile(r"\d+")
 
 
@@ -260,8 +261,8 @@ def planned_twice(file: str, landmarks: Sequence[SurveyedLandmark]) -> list[Find
             pairs |= alike
     message = (
         f"landmarks {names_shown(list(pairs))} are measured where landmarks {names_shown(list(pairs.values()))} are "
-        "planned, and have similar names: the same sheets? Give each sheet one id, that of the plan if walks log it, "
-        "and remove the other row"
+        "planned, and have similar names: are they the same sheets? Give each sheet one id (that of the plan if "
+        "walks log it), and remove the other row"
     )
     return at_lines_if("duplicate_landmarks", file, [line[name] for name in pairs], message, Severity.ERROR)
 
@@ -276,7 +277,7 @@ Proposals = Mapping[tuple[int, str], complex]
 
 
 def proposals_in(root: Path) -> Proposals:
-    """What plans propose whose output folder lies in a survey; none where there is no plan that can be read."""
+    """What plans propose whose output folder is in a survey; none where there is no plan that can be read."""
     found: dict[tuple[int, str], complex] = {}
     for path in sorted((*root.glob(PLAN_FILE), *root.glob(f"*/{PLAN_FILE}"))):
         try:
@@ -297,9 +298,9 @@ def perhaps_planned(table: SiteTable, floor: int, known: Collection[str], propos
     }
     message = (
         f"landmarks {names_shown(list(untouched.values()))} are where vislam2tag plan proposed them, with the sigmas "
-        "of a plan; they are used as measured positions. If they are not measured yet, do so (vislam2tag register); if "
-        f"someone has, write the true sigma_m into these rows, and the state measured into {STATES_FILE} beside the "
-        "file"
+        "of a plan; they are used as measured positions. If they are not measured yet, measure them (vislam2tag "
+        f"register); otherwise write the true sigma_m into these rows, and the state measured into {STATES_FILE} "
+        "next to the file"
     )
     return at_lines_if("perhaps_planned", table.file, list(untouched), message)
 
@@ -319,8 +320,9 @@ def nearly_planned(file: str, landmarks: Sequence[SurveyedLandmark], states: Sta
     ]
     message = (
         f"landmarks {names_shown([one.landmark for one in near])} are 1 to 10 cm from where vislam2tag plan proposed "
-        "them, without a sigma_m of their own: measured, or rounded? They are used as measured positions. If they are "
-        "not measured yet, do so (vislam2tag register); if they are, write their sigma_m into these rows"
+        "them, without a sigma_m of their own: are they measured, or rounded? They are used as measured positions. "
+        "If they are not measured yet, measure them (vislam2tag register); otherwise write their sigma_m into these "
+        "rows"
     )
     return at_lines_if("perhaps_planned", file, [one.line for one in near], message)
 

@@ -22,7 +22,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.site.model import ControlPoints, Floor, Site, Survey
 from vislam2tag.site.site_file import FLOOR_FILE, SITE_FILE, read_site_file
 
-CURE = "give --follow-links to include them"
+CURE = "pass --follow-links to include them"
 _MAX_LINKS = 40
 """Links on the way of one path, as Linux allows them: more are a loop."""
 
@@ -50,7 +50,7 @@ def _followed(root: Path, path: Path) -> tuple[Path, bool, bool]:
     while parts:
         part = parts.pop()
         here = at.parent if part == ".." else at / part
-        if part == ".." or not os.path.islink(here):  # nor is what nobody may look at  # noqa: PTH114
+        if part == ".." or not os.path.islink(here):  # nor are files without permission  # noqa: PTH114
             at = here
             continue
         outside |= not here.is_relative_to(root)
@@ -139,12 +139,12 @@ def _text(name: str) -> str:
 def link_findings(links: Sequence[Link]) -> list[Finding]:
     """Say of a survey's links how many there are, which lead outside it and which are broken."""
     outside = (
-        "links that lead outside the survey; their files are read, but left out of what is shared unless "
-        "--follow-links is given"
+        "links lead outside the survey; their files are read, but pages, exports and data sets exclude them unless "
+        "you pass --follow-links"
     )
-    broken = "links that lead to nothing; get their files, or remove the links"
+    broken = "links lead to missing files; fetch the files, or remove the links"
     kinds: tuple[tuple[FindingKind, Severity, Sequence[Link], str], ...] = (
-        ("links", Severity.INFO, links, "links that are read through"),
+        ("links", Severity.INFO, links, "links are followed"),
         ("links_outside", Severity.WARNING, [link for link in links if link.outside], outside),
         ("broken_links", Severity.WARNING, [link for link in links if link.broken], broken),
     )
@@ -158,21 +158,21 @@ def link_findings(links: Sequence[Link]) -> list[Finding]:
 
 def left_out_sessions(names: Sequence[str], *, named: bool) -> Finding:
     """Say that sessions are left out of what is shared; ``named`` for the user alone, not for what is shared."""
-    message = "sessions are left out, because links lead to their files outside the survey"
+    message = "sessions are excluded, because links lead to their files outside the survey"
     which = f": {', '.join(names)}" if named else ""
     return Finding(kind="from_outside", file="", count=len(names), message=f"{message}{which}; {CURE}")
 
 
 def left_out_files(names: Sequence[str]) -> Finding:
     """Say which files of a survey are left out of what is shared."""
-    message = f"left out, because links lead to files outside the survey: {', '.join(names)}; {CURE}"
+    message = f"files are excluded, because links lead to them outside the survey: {', '.join(names)}; {CURE}"
     return Finding(kind="from_outside", file="", count=len(names), message=message)
 
 
 def refuse_outside_plan(root: Path, floor: Floor) -> None:
     """Raise SurveyError for a floor whose plan comes from outside the survey, where all that is made would show it."""
     if floor.plan is not None and outside_link(root, floor.plan) is not None:
-        raise SurveyError(f"{floor.plan}: a link leads to this plan outside the survey; give --follow-links to use it")
+        raise SurveyError(f"{floor.plan}: a link leads to this plan outside the survey; pass --follow-links to use it")
 
 
 def site_name(root: Path, *, follow_links: bool = False) -> str:

@@ -22,7 +22,7 @@ from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.plans.source import PlanSource
 
 COMPANIONS = "companions"
-"""Folder of a session that says which recordings of other devices belong to it, and may hold them."""
+"""Folder of a session that says which recordings of other devices belong to it, and may contain them."""
 
 
 @dataclass(frozen=True, order=True)
@@ -69,7 +69,7 @@ class StoredFile:
 
 @dataclass(frozen=True)
 class SessionRef:
-    """Where a session lies and which format its folder has (a registered name)."""
+    """Where a session is and which format its folder has (a registered name)."""
 
     key: SessionKey
     folder: Path
@@ -77,7 +77,7 @@ class SessionRef:
     slug: str
     """File-name stem of this session's outputs: unique in the survey, letters, digits, ``.``, ``_`` and ``-`` only."""
     stored: StoredFolder | None = None
-    """Where the session lies in an object store; ``folder`` then has the names of its files, without their content."""
+    """Where the session is in an object store; ``folder`` then has the names of its files, without their content."""
     packed: Path | None = None
     """The zip beside ``folder`` that the session is read from; ``folder`` then has what was found in it since."""
     beside: Path | None = None
@@ -120,7 +120,7 @@ class Floor:
     source: PlanSource | None = None
     """How the plan's file is to be read and placed; None: an image that covers the extent."""
     georeference: Georeference | None = None
-    """Where the BCS lies on the earth."""
+    """Where the BCS is on the earth."""
     mask: Path | None = None
     """Image of corrections of where the floor can be walked, where its folder has one."""
     rooms: Path | None = None
@@ -128,7 +128,7 @@ class Floor:
     site_T_bcs: Similarity2 = field(default_factory=Similarity2.identity)
     """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
     stored_plan: StoredFile | None = None
-    """Where the plan lies in an object store; ``plan`` is then a copy that other machines do not have."""
+    """Where the plan is in an object store; ``plan`` is then a copy that other machines do not have."""
 
     @property
     def extent_m(self) -> tuple[float, float, float, float] | None:
@@ -228,7 +228,7 @@ def session_slugs(keys: Sequence[SessionKey]) -> tuple[str, ...]:
 
 
 def unique_slugs(names: Sequence[str], exact: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Make a slug of each name; ``exact`` tells names apart where the names alone do not.
+    """Make a slug of each name; ``exact`` distinguishes names if the names alone do not.
 
     Colons go, other unsafe characters become ``-``. Slugs that would collide (also on a file system that
     ignores case), be too long or be a name that Windows does not allow get a short hash of the exact names.

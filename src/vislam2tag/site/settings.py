@@ -33,6 +33,6 @@ class WalkableSettings(SettingsRecord):
     wall_contrast: float | None = Field(default=None, gt=0, lt=1)
     """Ink that differs from the paper by more than this (1: black on white) is a wall; else than Otsu's threshold."""
     passage_m: float = Field(default=0.5, ge=0)
-    """Nobody gets through what is narrower than this, metres."""
+    """No one gets through what is narrower than this, metres."""
     entrance_m: float = Field(default=3.0, ge=0)
     """Gaps in the outer wall up to this width do not make the inside part of the outside, metres."""

@@ -41,7 +41,7 @@ class Relation(Record):
 
 
 class GeoreferencePart(Record):
-    """Where the site's frame lies on the earth: in a projected reference system, or by longitude and latitude."""
+    """Where the site's frame is on the earth: in a projected reference system, or by longitude and latitude."""
 
     epsg: Annotated[int, Field(gt=0)] | None = None
     easting_m: FiniteFloat | None = None
@@ -61,7 +61,7 @@ class GeoreferencePart(Record):
         by_degrees = None not in degrees and grid == (None, None, None) and self.rotation_deg is None
         if not by_grid and not by_degrees:
             raise ValueError(
-                "give either epsg, easting_m, northing_m and rotation_deg, or latitude_deg, longitude_deg and "
+                "specify either epsg, easting_m, northing_m and rotation_deg, or latitude_deg, longitude_deg and "
                 "bearing_deg"
             )
         self.georeference()
@@ -106,7 +106,7 @@ class SiteFile(Record):
 
 
 def has_site_file(root: Path) -> bool:
-    """Whether the folder holds a ``site.toml``."""
+    """Whether the folder contains a ``site.toml``."""
     return (root / SITE_FILE).is_file()
 
 
@@ -115,7 +115,7 @@ def read_site_file(root: Path) -> SiteFile:
     try:
         return read_toml(root / SITE_FILE, SiteFile)
     except FileNotFoundError as error:
-        raise SurveyError(f"{root}: holds no {SITE_FILE}; make one: vislam2tag site init") from error
+        raise SurveyError(f"{root}: contains no {SITE_FILE}; make one with vislam2tag site init") from error
 
 
 def site_file_text(site: SiteFile) -> str:
@@ -143,10 +143,10 @@ FLOOR_FILE = "floor_dimensions.csv"
 _CONSEQUENCE = "the floors' extents are unknown and are taken from the data"
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        f"a row needs a whole floor number and a width and height from 0 to {MAX_FLOOR_M:,.0f} m; these rows are left "
-        "out: correct them"
+        f"a row needs a whole floor number and a width and height from 0 to {MAX_FLOOR_M:,.0f} m; these rows are "
+        "skipped: correct them"
     ),
-    "duplicate_floor": "a floor may have one row; the first counts: remove the others",
+    "duplicate_floor": "a floor may have only one row; the first is used: remove the others",
 }
 
 
@@ -195,8 +195,8 @@ def _unusable(kind: FindingKind, problem: str, lines: tuple[int, ...] = ()) -> F
 def _floor_row(table: SiteTable, fields: tuple[str, ...]) -> tuple[int, FloorRow]:
     width, height, elevation = (finite_or_none(table.cell(fields, name)) for name in ("width", "height", "elevation"))
     if width is None or height is None or not (0 < width <= MAX_FLOOR_M and 0 < height <= MAX_FLOOR_M):
-        raise ValueError("width and height must be positive, and no greater than a building")
+        raise ValueError("width and height must be positive and not larger than a building")
     if elevation is not None and abs(elevation) > GREATEST_M:
-        raise ValueError("no floor lies so high")
+        raise ValueError("no building has so many floors")
     number = int(landmark_id(table.cell(fields, "id")))
     return number, FloorRow(width, height, elevation, table.cell(fields, "name"))

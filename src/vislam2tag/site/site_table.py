@@ -31,7 +31,7 @@ class TableColumns:
 
     names: Mapping[str, str]
     texts: frozenset[str]
-    """Those that hold no lengths: neither units nor decimal marks are changed there."""
+    """Those that contain no lengths: neither units nor decimal marks are changed there."""
     first: tuple[str, ...]
     """Columns that come first in this order, wherever the file has them."""
     needed: tuple[str, ...]
@@ -93,7 +93,7 @@ numbers); and what was taken for what, in words."""
 
 
 def _understood(header: Sequence[str], columns: TableColumns) -> _Understood:
-    """Say what a header's fields are; one that is no column keeps its own name, in lower case."""
+    """Say what a header's fields are; one that is not a column keeps its own name, in lower case."""
     found: list[tuple[str, float]] = []
     guesses: list[str] = []
     for written in header:
@@ -104,12 +104,12 @@ def _understood(header: Sequence[str], columns: TableColumns) -> _Understood:
         found.append((name, factor))
         if name != written.lower():
             unit = "" if factor == 1.0 else f" (a unit is {factor:g} m)"
-            guesses.append(f"{written} was taken for {name}{unit}")
+            guesses.append(f"{written} was read as {name}{unit}")
     own = _column(header[0], columns)[0] if header else None
     order = list(range(len(found)))
     if columns.first[:1] == ("id",) and found and (own == "id" or (own is None and "id" not in dict(found))):
         # The first column is the id, whatever its name, where none is called so.
-        guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was taken")]
+        guesses = [guess for guess in guesses if not guess.startswith(f"{header[0]} was read as")]
     else:
         names = [name for name, _ in found]
         ahead = [names.index(name) for name in columns.first if name in names]
@@ -132,7 +132,7 @@ def _column(written: str, columns: TableColumns) -> tuple[str | None, float]:
 
 
 XLSX = ".xlsx"
-NOT_UTF8 = "is not UTF-8 and was read as Windows-1252: check names with special letters"
+NOT_UTF8 = "is not UTF-8 and was read as Windows-1252; check names with special letters"
 Line: TypeAlias = tuple[int, tuple[str, ...]]
 """1-based line, or row of a sheet, and its fields, stripped."""
 _SEPARATOR_LINE = re.compile(r"sep=(.)")
@@ -166,7 +166,7 @@ class SiteTable:
         return f"{self.file}:{line}"
 
     def missing_columns(self, columns: TableColumns) -> str | None:
-        """What to say of a header that lacks a column which is needed; None: nothing lacks."""
+        """The error for a header with a missing column; None if it is complete."""
         found = self.header[1:] if columns.first[:1] == ("id",) else self.header
         missing = [name for name in columns.needed if name not in found]
         if not missing:
@@ -178,7 +178,7 @@ class SiteTable:
         names = list(dict.fromkeys((*columns.first, *columns.needed)))
         return (
             f"the first line must be: {','.join(names)} (then optional columns: {', '.join(optional)}), or such names "
-            f"as a spreadsheet has (docs/reference/formats.md); it lacks {' and '.join(missing)} and is: "
+            f"as a spreadsheet has (docs/reference/formats.md); it does not contain {' and '.join(missing)} and is: "
             f"{','.join(self.header)[:_SHOWN] or 'empty'}"
         )
 
@@ -233,7 +233,7 @@ def _in_our_columns(
     guesses = [*taken, *guesses, *(["numbers have a decimal comma"] if comma else [])]
     findings: tuple[Finding, ...] = ()
     if guesses:
-        message = f"{'; '.join(guesses)}: correct the file where it is otherwise"
+        message = f"{'; '.join(guesses)}: correct the file if this is wrong"
         guessed = Finding.at_lines("assumed_columns", name, [head_line], message, Severity.INFO)
         findings = (guessed.model_copy(update={"count": max(1, len(made))}),)
     return SiteTable(name, names, made, findings, (head_line,) if names else ())
@@ -268,7 +268,7 @@ def _text_lines(path: Path) -> tuple[list[Line], list[str]]:
 
 
 def decoded(raw: bytes) -> tuple[str, int | None]:
-    """Text in UTF-8 or UTF-16 (by its byte order mark), else in Windows' code page, and the line that tells."""
+    """Text in UTF-8 or UTF-16 (by its byte order mark), else in Windows' code page, and the line that shows it."""
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         return raw.decode("utf-16", errors="replace"), None
     try:
@@ -280,7 +280,7 @@ def decoded(raw: bytes) -> tuple[str, int | None]:
 def sheet_lines(path: Path) -> tuple[list[Line], list[str]]:
     """Rows of the first sheet of an XLSX file that are not blank, and its name where there are more sheets.
 
-    Raises OSError where it cannot be read, MissingExtraError where the package that reads it lacks.
+    Raises OSError where it cannot be read, MissingExtraError if the package that reads it is missing.
     """
     raw = read_bytes(path)
     try:
@@ -291,7 +291,7 @@ def sheet_lines(path: Path) -> tuple[list[Line], list[str]]:
     except MissingExtraError:
         raise
     except Exception as error:  # a damaged archive or document: its reader has errors of many libraries
-        raise OSError(errno.EINVAL, f"no XLSX file that can be read: {first_line(error)}", str(path)) from error
+        raise OSError(errno.EINVAL, f"it is not a readable XLSX file: {first_line(error)}", str(path)) from error
     guesses = (
         [f"of {len(book.worksheets)} sheets the first, {sheet.title}, was read"] if len(book.worksheets) > 1 else []
     )
@@ -332,11 +332,11 @@ def is_number(text: str) -> bool:
 
 
 def number_or_none(text: str) -> float | None:
-    """Parse an optional number: empty text is None. Raises ValueError for what is no number."""
+    """Parse an optional number: empty text is None. Raises ValueError for what is not a number."""
     if not text:
         return None
     if "_" in text:
-        raise ValueError(f"'{text}' is no number")
+        raise ValueError(f"'{text}' is not a number")
     return float(text)
 
 
@@ -372,7 +372,7 @@ _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)
 
 
 def is_file(path: Path) -> bool:
-    """Tell whether a file is there; raises OSError where that cannot be known.
+    """Return whether a file is there; raises OSError where that cannot be known.
 
     ``Path.is_file`` answers False or raises there, depending on Python's version.
     """

@@ -1,7 +1,8 @@
-"""A survey in an object store, as a folder of this machine that holds its site's files and only the names of the rest.
+"""A survey in an object store, as a folder of this machine that contains its site's files and only the names of the
+rest.
 
-Sessions' files are there without their content, so that what only looks at names works as in any survey; whoever reads
-a session fetches its files for as long as that takes (:mod:`vislam2tag.sessions.registry`, ``at_hand``).
+Sessions' files are there without their content, so that what only looks at names works as in any survey; reading a
+session fetches its files for as long as that takes (:mod:`vislam2tag.sessions.registry`, ``at_hand``).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def survey_at_hand(survey: Path) -> Iterator[Path]:
         return
     with outline_at_hand(store, _site) as root:
         if not root.exists():
-            raise SurveyError(f"{store.address}: nothing is stored there; give the address of a survey's folder")
+            raise SurveyError(f"{store.address}: nothing is stored there; pass the address of a survey's folder")
         _begin_traces(store, root)
         yield root
 
@@ -67,13 +68,13 @@ def survey_to_correct(survey: Path) -> Iterator[Path]:
             else:
                 store.put_over(CORRECTIONS_FILE, after, None if before is None else before.version)
         except StoreConflictError as error:
-            raise StoreConflictError(f"{error}; look at it, then run the same command again") from error
+            raise StoreConflictError(f"{error}; check it, then run the same command again") from error
 
 
 def stored_folder(
     root: Path, folder: Path, packed: Path | None, tied: Callable[[Path], Iterable[Path]]
 ) -> StoredFolder | None:
-    """Where a session of an open survey, or the zip that it is ``packed`` in, lies in its store; None for a survey of
+    """Where a session of an open survey, or the zip that it is ``packed`` in, is in its store; None for a survey of
     this machine.
 
     ``tied`` says where recordings lie that belong to the session, be it elsewhere in the survey.
@@ -103,7 +104,7 @@ def opened(root: Path, path: Path) -> Iterator[IO[bytes]]:
 
 
 def with_stored_drawings(site: Site, root: Path) -> Site:
-    """The site of an open survey, each floor with where its drawing lies in the store; images are not looked for."""
+    """The site of an open survey, each floor with where its drawing is in the store; images are not looked for."""
     outline = outline_of(root)
     if outline is None:
         return site

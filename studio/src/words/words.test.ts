@@ -23,17 +23,17 @@ test('seconds as minutes', () => {
 });
 
 test('sentences of the server are German where the page is, their parts too', () => {
-  const evidence = '7 passes of landmarks fit then, and else hardly any; that the table is mirrored is sure, that it is so from left to right is not: look at the plan';
-  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from where the table has it')).toMatch(/^landmark 11/);
+  const evidence = '7 observations of landmarks fit with this correction, and hardly any without it; the table is certainly mirrored, but the axis is uncertain: check it on the plan';
+  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toMatch(/^landmark 11/);
   words.language = 'de';
-  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from where the table has it')).toBe(
+  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toBe(
     'Landmarke 11 von Stockwerk 1 ist bei (7.2, 21.93) ± 0.08 m, 2.9 m entfernt von der Angabe der Tabelle',
   );
-  expect(said(evidence)).toMatch(/^7 Vorbeigänge an Landmarken passen dann, sonst kaum einer; dass die Tabelle gespiegelt ist/);
+  expect(said(evidence)).toMatch(/^7 Beobachtungen von Landmarken passen mit dieser Korrektur, ohne sie kaum eine; die Tabelle ist sicher gespiegelt/);
   expect(said('landmarks 2, 9 and 4 of floor 1 are mixed up: 2 where 9 should')).toBe(
     'die Landmarken 2, 9 und 4 von Stockwerk 1 sind durcheinander: 2, wo 9 sein sollte',
   );
-  expect(said('floor 2: has no way to walk; check its plan and scale (vislam2tag site show)')).toBe(
+  expect(said('floor 2: has no walkable path; check its plan and scale (vislam2tag site show)')).toBe(
     'Stockwerk 2: hat keinen begehbaren Weg; bitte Plan und Maßstab prüfen (vislam2tag site show)',
   );
   expect(said('S1.txt: no such thing, of 3')).toBe('S1.txt: no such thing, of 3');

@@ -213,7 +213,7 @@ def test_unpacking_ends_at_its_limit(tmp_path: Path) -> None:
 def test_folders_within_folders_have_a_limit(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "deep.zip", "w") as archive:
         archive.writestr("/".join(["d"] * 1500) + "/a.csv", "x")
-    with pytest.raises(DatasetError, match="lies more than 100 folders deep"):
+    with pytest.raises(DatasetError, match="more than 100 folders deep"):
         folder_of(tmp_path / "deep.zip", Folder.at(tmp_path / "scratch"))
     assert not (tmp_path / "scratch").exists()
 
@@ -226,7 +226,7 @@ def test_a_header_of_a_tar_as_long_as_memory_is_refused(tmp_path: Path) -> None:
         file.write(header.tobuf(tarfile.GNU_FORMAT))
         for _ in range(200):
             file.write(bytes(1_000_000))
-    with pytest.raises(DatasetError, match="damaged or far too long"):
+    with pytest.raises(DatasetError, match="damaged or too long"):
         folder_of(tmp_path / "a.tar.gz", Folder.at(tmp_path / "scratch"))
 
 

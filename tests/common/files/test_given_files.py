@@ -33,7 +33,7 @@ def test_pipes_sockets_and_devices_are_refused_and_not_waited_for(tmp_path: Path
         listening.bind(str(tmp_path / "socket"))
         (tmp_path / "zero").symlink_to("/dev/zero")
         for name in ("pipe", "socket", "zero"):
-            with pytest.raises(OSError, match="not a plain file"):
+            with pytest.raises(OSError, match="not a regular file"):
                 plain(tmp_path / name)
 
 

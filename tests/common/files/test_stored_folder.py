@@ -96,7 +96,7 @@ def test_one_that_is_half_written_is_not_read_and_is_made_again(s3: Bucket, stor
     s3.fail(Fault(f"PUT .*{store.address.removeprefix('s3:/')}/b", "403 AccessDenied"))
     with pytest.raises(StoreError, match="permission is denied"):
         fill(store, a="2", b="2")
-    with pytest.raises(StoreError, match=r"is not whole: .* run the command that makes it again"):
+    with pytest.raises(StoreError, match=r"is incomplete: .* run the command that makes it again"):
         content(store)
     fill(store, c="3")
     assert content(store) == {"c": "3"}
@@ -107,7 +107,7 @@ def test_a_file_that_was_changed_since_is_told(store: Store) -> None:
     store.put("more", b"does not matter")
     assert content(store) == {"a": "1", "more": "does not matter"}
     store.put("a", b"2")
-    with pytest.raises(StoreError, match="a file was changed since"):
+    with pytest.raises(StoreError, match="a file was changed"):
         content(store)
 
 
@@ -118,7 +118,7 @@ def test_of_two_programs_that_write_at_once_one_is_told(store: Store) -> None:
             (here / "a").write_text("mine")
             fill(store, a="theirs")
 
-    with pytest.raises(StoreConflictError, match="another program writes there, too; run the same command again"):
+    with pytest.raises(StoreConflictError, match="another program is writing there; run the same command again"):
         write_together()
     assert content(store) == {"a": "theirs"}
 

@@ -50,7 +50,7 @@ def test_what_is_no_plain_file_is_refused_and_not_waited_for(tmp_path: Path) -> 
     (tmp_path / "folder").mkdir()
     for path in (tmp_path / "pipe", tmp_path / "folder", Path("/dev/zero")):
         for opened in (read_csv, scan_csv, read_parquet, scan_parquet, parquet_metadata):
-            with pytest.raises(OSError, match="not a plain file"):
+            with pytest.raises(OSError, match="it is not a regular file"):
                 opened(path)
     with pytest.raises(FileNotFoundError):
         read_csv(tmp_path / "absent")
@@ -68,7 +68,7 @@ def test_a_quote_alone_at_the_end_is_an_error_not_a_panic(content: bytes, tmp_pa
     path = tmp_path / "t.csv"
     path.write_bytes(content)
     for opened in (lambda: read_csv(path), lambda: read_csv(content), lambda: scan_csv(path)):
-        with pytest.raises(pl.exceptions.ComputeError, match="open quote"):
+        with pytest.raises(pl.exceptions.ComputeError, match="a quote in its last field"):
             opened()
     assert read_csv(content, quote_char=None, has_header=False).height
 

@@ -167,7 +167,7 @@ def test_a_link_stays_a_link_and_the_own_folder_is_refused(tmp_path: Path, monke
     assert (tmp_path / "disk" / "out" / "a.txt").read_text() == "through the link"
     assert names(tmp_path) == {"disk", "link"}
     monkeypatch.chdir(tmp_path / "disk" / "out")
-    with pytest.raises(OutputError, match="is the folder you are in"):
+    with pytest.raises(OutputError, match="is the current folder"):
         write(Path())
 
 
@@ -175,7 +175,7 @@ def test_a_file_in_its_place_is_refused(tmp_path: Path) -> None:
     (tmp_path / "out").write_text("mine")
     with pytest.raises(OutputError, match="is a file"):
         write(tmp_path / "out")
-    with pytest.raises(OutputError, match="cannot be made"):
+    with pytest.raises(OutputError, match="cannot be created"):
         write(tmp_path / "out" / "below")
     assert names(tmp_path) == {"out"}
 
@@ -215,7 +215,7 @@ def test_a_file_of_the_user_is_not_replaced_by_one_of_the_command(tmp_path: Path
 def test_a_folder_without_a_record_is_refused(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "a.txt").write_text("of 0.2")
-    with pytest.raises(OutputError, match="kept no list of its files"):
+    with pytest.raises(OutputError, match="did not store a list of its files"):
         write(tmp_path / "out")
     assert (tmp_path / "out" / "a.txt").read_text() == "of 0.2"
 

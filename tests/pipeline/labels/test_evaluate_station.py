@@ -109,7 +109,7 @@ def test_a_single_common_point_is_not_enough(survey: Path) -> None:
     for presses in survey.glob("floor_4/*/*/refMarker.csv"):
         presses.unlink()
     for one in shown(survey):
-        assert "needs two common points at least, only landmark 9 is known" in one.missing[0]
+        assert "needs at least two common points, but only landmark 9 is known" in one.missing[0]
         assert one.measured == []
 
 

@@ -116,9 +116,9 @@ def test_settings_and_floor_are_taken(walk: Walk) -> None:
 
 def test_columns_that_are_there_already_or_missing_are_refused(walk: Walk) -> None:
     times = walk.poses.select("time_ns")
-    with pytest.raises(UsageError, match="table: there is a column x and status already; rename it"):
+    with pytest.raises(UsageError, match="table: the column x and status already exists; rename it"):
         walk.mapped.label(times.with_columns(x=0.0, status=0))
-    with pytest.raises(UsageError, match="table: there is no column t; found time_ns"):
+    with pytest.raises(UsageError, match="table: the column t is missing; it has time_ns"):
         walk.mapped.label(times, "t")
     with pytest.raises(UsageError, match="table, column time_ns, row 1: expected integers, nanoseconds; found "):
         walk.mapped.label(times.cast(pl.Float64))

@@ -117,7 +117,7 @@ def test_what_fails_is_told_and_the_rest_goes_on(paper_copy: Path, tmp_path: Pat
     counted: list[tuple[int, int]] = []
     walks = paper_walks(open_paper_data(copy), Settings(), lambda done, total: counted.append((done, total)))
     (sentence,) = walks.failed
-    assert sentence.startswith("floor 4 / OnePlus_tachy: the total station's frame needs two common points")
+    assert sentence.startswith("floor 4 / OnePlus_tachy: the total station's frame needs at least two common points")
     assert len(walks.pressed) == 2
     assert counted[-1] == (6, 6)
 

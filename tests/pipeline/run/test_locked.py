@@ -23,7 +23,7 @@ def test_a_locked_session_fails_alone(survey: Path, tmp_path: Path, monkeypatch:
     summary = process(survey, tmp_path / "out")
     assert (summary.sessions, summary.failed) == (2, 1)
     (error,) = summary.failures.values()
-    assert error.endswith("cannot be looked into; check its permissions")
+    assert error.endswith("the folder cannot be opened; check its permissions")
     assert len(pl.read_parquet(tmp_path / "out/wifi/*.parquet")) > 0
 
 
@@ -41,4 +41,6 @@ def test_a_locked_device_is_left_out(survey: Path, tmp_path: Path, monkeypatch: 
     lock(monkeypatch, next(survey.glob("floor_*/LG")))
     summary = process(survey, tmp_path / "out")
     assert (summary.sessions, summary.failed) == (1, 0)
-    assert "cannot be looked into (Permission denied)" in (tmp_path / "out/report.html").read_text(encoding="utf-8")
+    assert "the folder cannot be opened (Permission denied)" in (tmp_path / "out/report.html").read_text(
+        encoding="utf-8"
+    )

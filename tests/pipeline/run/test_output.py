@@ -107,7 +107,9 @@ def test_an_output_without_a_record_of_its_files_is_refused_by_name(tmp_path: Pa
     (tmp_path / "notes.txt").write_text("mine")
     for replace in (False, True):
         with (
-            pytest.raises(OutputError, match="was written by an earlier version, which kept no list of its files"),
+            pytest.raises(
+                OutputError, match="was written by an earlier version, which did not store a list of its files"
+            ),
             claim(tmp_path, {}, replace=replace),
         ):
             pass

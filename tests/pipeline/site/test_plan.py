@@ -98,7 +98,7 @@ def test_ids_go_on_from_floor_to_floor(tmp_path: Path) -> None:
 
 def test_what_cannot_be_planned_is_told_and_leaves_nothing(site: Path, tmp_path: Path) -> None:
     out = tmp_path / "plan"
-    with pytest.raises(UsageError, match=r"--floor 7: the site has no such floor; there are: 1"):
+    with pytest.raises(UsageError, match=r"--floor 7: the site does not have this floor; its floors are: 1"):
         write_plans(site, out, SETTINGS, PlanRequest(floors=(7,)))
     with pytest.raises(UsageError, match="--mask: corrects one floor"):
         write_plans(site, out, SETTINGS, PlanRequest(mask=tmp_path / "mask.png"))
@@ -141,4 +141,4 @@ def test_rooms_without_a_door_and_ids_given_twice_are_told(tmp_path: Path) -> No
     assert [one.kind for one in found.findings] == ["duplicate_landmarks"]
     page = (tmp_path / "plan" / "index.html").read_text()
     assert "closed off by walls" in page
-    assert "an id may appear once on a floor" in page
+    assert "an id may appear only once on a floor" in page

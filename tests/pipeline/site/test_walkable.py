@@ -64,7 +64,7 @@ def test_the_mask_that_is_written_gives_the_same_space(site: Path, tmp_path: Pat
 
 
 def test_what_cannot_be_used_is_told(site: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no such floor; there are: 0, 1"):
+    with pytest.raises(UsageError, match="does not have this floor; its floors are: 0, 1"):
         write_walkable(site, tmp_path / "out", (3,), SETTINGS, None)
     with pytest.raises(UsageError, match="--mask"):
         write_walkable(site, tmp_path / "out", (), SETTINGS, tmp_path / "mask.png")

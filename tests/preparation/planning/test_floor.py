@@ -85,13 +85,13 @@ def test_fixed_landmarks_count_and_hidden_ones_do_not(design: FloorDesign) -> No
 
 def test_a_fixed_landmark_outside_is_told() -> None:
     outside = FloorConstraints(np.array([(15.0, 8.0)]), ("12",), np.empty((0, 4)))
-    with pytest.raises(SurveyError, match=r"landmark 12 at \(15.00, 8.00\) lies more than 1 m outside the walkable"):
+    with pytest.raises(SurveyError, match=r"landmark 12 at \(15.00, 8.00\) is more than 1 m outside the walkable"):
         plan_floor(*ring(), SETTINGS, outside)
 
 
 def test_a_floor_without_ways_or_walls_is_told() -> None:
     space, graph = ring()
-    with pytest.raises(SurveyError, match="has no way to walk"):
+    with pytest.raises(SurveyError, match="has no walkable path"):
         plan_floor(space, graph_of([(1.0, 1.0)], []), SETTINGS, nothing_given())
     everything = replace(nothing_given(), forbidden=np.array([(-1.0, -1.0, 40.0, 40.0)]))
     with pytest.raises(SurveyError, match="has no wall for a sheet"):
@@ -107,7 +107,7 @@ def test_a_spacing_that_cannot_be_met_is_told_with_its_place() -> None:
     assert gap.start[1] == gap.stop[1] == 1.0
     summary = floor_summary(found, 3, "Third", new_ids(len(found.place), 1, ()))
     assert summary.longest_m is None
-    assert "one can walk 2" in summary.unmet[0].message
+    assert "a walk of 2" in summary.unmet[0].message
 
 
 def test_one_landmark_more_gains_what_is_told(design: FloorDesign) -> None:

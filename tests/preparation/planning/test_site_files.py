@@ -23,7 +23,7 @@ def test_rectangles_are_read_by_floor(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("floor,x,y\n1,2,3\n", r"glass.csv: the first line must be: floor,x0,y0,x1,y1"),
+        ("floor,x,y\n1,2,3\n", r"glass.csv: the first line must be floor,x0,y0,x1,y1"),
         ("floor,x0,y0,x1,y1\n1,0,0,1,1\n1,2,3\n", r"glass.csv:3: expected a floor's number and four numbers"),
         ("floor,x0,y0,x1,y1\nup,0,0,1,1\n", r"glass.csv:2: expected"),
         ("floor,x0,y0,x1,y1\n1,0,0,1,inf\n", r"glass.csv:2: expected"),

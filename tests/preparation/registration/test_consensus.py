@@ -73,11 +73,11 @@ def test_too_few_common_points_are_told(known: str, shots: str, message: str) ->
 
 def test_two_points_at_one_place_are_told() -> None:
     same = {"a": 1j, "b": 1j}
-    with pytest.raises(SurveyError, match=r"shares the points a, b with the building, but they lie at one place"):
+    with pytest.raises(SurveyError, match=r"shares the points a, b with the building, but they are at the same place"):
         rough_frames(same, {"S": {"a": 5 + 0j, "b": 5 + 0j}}, 0.1)
 
 
 def test_feet_are_told_by_the_ratio() -> None:
     feet = {name: place / 0.3048 for name, place in seen("abcd").items()}
-    with pytest.raises(SurveyError, match=r"distances are 0\.305 times as long\).* in feet"):
+    with pytest.raises(SurveyError, match=r"distances are 0\.305 times as long\).* feet"):
         rough_frames(POINTS, {"S": feet}, 0.1)

@@ -36,7 +36,7 @@ def test_what_matches_no_pattern_is_a_tie() -> None:
 
 @pytest.mark.parametrize("pattern", ["LM", "L*M*", ""])
 def test_a_pattern_needs_one_star(pattern: str) -> None:
-    with pytest.raises(UsageError, match=r"--landmark-names '.*': one \* must stand for the id"):
+    with pytest.raises(UsageError, match=r"--landmark-names '.*': the pattern must contain one \* in place of the id"):
         NameRules(landmarks=pattern)
 
 
@@ -53,7 +53,7 @@ def test_a_prefix_is_named_with_the_option_that_takes_it_away() -> None:
     (finding,) = id_findings(TABLE, {f"LM{name}": at for name, at in PLACES.items()}, (), PLACES)
     assert finding.kind == "other_ids"
     assert "the landmark table of floor 1 has 7 ids (1, 2, 3, 4, 5, ...)" in finding.message
-    assert "what was measured has 7 ids (LM1, LM2, LM3, LM4, LM5, ...)" in finding.message
+    assert "the measurement has 7 ids (LM1, LM2, LM3, LM4, LM5, ...)" in finding.message
     assert "7 landmarks of the table stay planned and are not used" in finding.message
     assert "--landmark-names 'LM*'" in finding.message
 

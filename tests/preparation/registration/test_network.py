@@ -121,7 +121,7 @@ def test_a_known_height_that_is_off_is_named() -> None:
     found, truth = heights(noise_m=0.001)
     found[1] = height("B", KNOWN, truth["B"] + 1.0, "known.csv:3")
     fit = adjust_heights(found, 0.005)
-    assert fit.errors == ("known height of B (known.csv:3) is off",)
+    assert fit.errors == ("known height of B (known.csv:3) is wrong",)
     assert fit.heights["4"][0] == pytest.approx(truth["4"], abs=0.01)
 
 
@@ -149,13 +149,14 @@ def test_good_surveys_are_left_alone() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_interchanged_known_points_are_named(seed: int) -> None:
     drawn = swapped_known(survey(seed), 0, 1)
-    assert texts(drawn) == ["the known points K0 and K1 look interchanged"]
+    assert texts(drawn) == ["the known points K0 and K1 seem to be interchanged"]
 
 
 def test_two_of_three_known_points_interchanged_are_named() -> None:
     drawn = swapped_known(survey(3, known=3, seen=1.0), 0, 2)
     with pytest.raises(
-        SurveyError, match=r"shares only point K1 .* left out as wrong: the known points K0 and K2 look interchanged"
+        SurveyError,
+        match=r"shares only point K1 .* skipped as wrong: the known points K0 and K2 seem to be interchanged",
     ):
         searched(drawn)
 
@@ -164,14 +165,14 @@ def test_two_of_three_known_points_interchanged_are_named() -> None:
 def test_interchanged_shots_are_named_and_what_they_spoil_is_left_out(seed: int) -> None:
     drawn = swapped_shots(survey(seed, stations=3, seen=1.0), "S1", "3", "4")
     fit, errors = searched(drawn)
-    assert [error.text for error in errors] == ["3 and 4 look interchanged in the shots from S1"]
+    assert [error.text for error in errors] == ["3 and 4 seem to be interchanged in the shots from S1"]
     assert abs(fit.places["3"] - drawn.truth["3"]) < 0.02
 
 
 def test_of_two_stations_either_may_have_interchanged_them() -> None:
     (error,) = searched(swapped_shots(survey(1, seen=1.0), "S1", "3", "4"))[1]
-    assert error.text.startswith("either 3 and 4 look interchanged in the shots from S")
-    assert error.text.endswith("(nothing tells which)")
+    assert error.text.startswith("either 3 and 4 seem to be interchanged in the shots from S")
+    assert error.text.endswith("(it cannot be determined which)")
     assert error.points == ("3", "4")
 
 
@@ -189,7 +190,7 @@ def test_mistyped_known_points_are_named_with_what_would_fit(wrong: object, text
     place = round(drawn.known[2].place.real, 3) + 1j * round(drawn.known[2].place.imag, 3)
     typed = Measurement(point="K2", place=wrong(place), sigma_m=0.005, source="known.csv:4")  # type: ignore[operator]
     (found,) = texts(replace(drawn, known=[*drawn.known[:2], typed, *drawn.known[3:]]))
-    assert found.startswith(f"known point K2 (known.csv:4) looks mistyped in {text}: ")
+    assert found.startswith(f"known point K2 (known.csv:4) seems to be mistyped in {text}: ")
     assert f"{place.real:.3f}, {place.imag:.3f} would fit" in found
 
 
@@ -201,7 +202,7 @@ def test_exchanged_digits_are_named() -> None:
     typed = truth | {"b": 28.371 + 4.215j}
     known = [Measurement(point=name, place=place, sigma_m=0.003) for name, place in typed.items()]
     (error,) = search_network([*shots, *known])[1]
-    assert error.text == "known point b looks mistyped in E (digits exchanged): 23.871, 4.215 would fit"
+    assert error.text == "known point b seems to be mistyped in E (digits exchanged): 23.871, 4.215 would fit"
 
 
 def test_a_shot_that_is_off_is_named_with_how_far() -> None:
@@ -209,7 +210,7 @@ def test_a_shot_that_is_off_is_named_with_how_far() -> None:
     i = shot_of(drawn, "S2", "6")
     drawn.shots[i] = replace(drawn.shots[i], place=drawn.shots[i].place + 0.061 + 0.033j)
     (found,) = texts(drawn)
-    assert found.startswith("shot of 6 from S2 is off by 0.0")
+    assert found.startswith("shot of 6 from S2 is wrong by 0.0")
 
 
 def test_a_shot_with_another_points_name_is_named() -> None:
@@ -217,7 +218,7 @@ def test_a_shot_with_another_points_name_is_named() -> None:
     i, j = shot_of(drawn, "S2", "6"), shot_of(drawn, "S2", "7")
     drawn.shots[i] = replace(drawn.shots[i], place=drawn.shots[j].place + 0.002)
     (found,) = texts(drawn)
-    assert found.endswith("; it is where 7 is: misnamed?")
+    assert found.endswith("; it is at the position of 7, so its name may be wrong")
 
 
 def test_of_two_shots_that_contradict_each_other_neither_counts() -> None:
@@ -225,7 +226,7 @@ def test_of_two_shots_that_contradict_each_other_neither_counts() -> None:
     i = shot_of(drawn, "S0", "2")
     drawn.shots[i] = replace(drawn.shots[i], place=drawn.shots[i].place + 0.5 + 0.3j)
     fit, errors = searched(drawn)
-    assert "(nothing tells which)" in errors[0].text
+    assert "(it cannot be determined which)" in errors[0].text
     assert "2" not in fit.places
 
 
@@ -235,8 +236,8 @@ def test_several_errors_are_all_named() -> None:
     drawn.shots[i] = replace(drawn.shots[i], place=drawn.shots[i].place + 2.0 + 1.3j)
     found = texts(drawn)
     assert len(found) == 2
-    assert "the known points K2 and K5 look interchanged" in found
-    assert any(text.startswith("shot of 6 from S1 is off by 2.3") for text in found)
+    assert "the known points K2 and K5 seem to be interchanged" in found
+    assert any(text.startswith("shot of 6 from S1 is wrong by 2.3") for text in found)
 
 
 def test_noise_greater_than_stated_is_no_gross_error() -> None:
@@ -252,7 +253,7 @@ def test_repeated_shots_are_each_judged() -> None:
     again = [replace(one, place=one.place + 0.001) for one in drawn.shots if one.point == "3"]
     wrong = replace(again[0], place=again[0].place + 0.7, source="S0.csv:99")
     (found,) = texts(replace(drawn, shots=[*drawn.shots, *again, wrong]))
-    assert found.startswith("shot of 3 from S0 (S0.csv:99) is off by 0.7")
+    assert found.startswith("shot of 3 from S0 (S0.csv:99) is wrong by 0.7")
 
 
 def test_two_known_points_are_enough_and_cannot_be_checked() -> None:

@@ -105,9 +105,9 @@ def test_files_that_are_no_table_of_points(tmp_path: Path, text: str, message: s
 @pytest.mark.parametrize(
     ("columns", "message"),
     [
-        ("point,E", "N must be there"),
-        ("point,E,N,N", "named twice"),
-        ("point,E,N,colour", "'colour' is no column"),
+        ("point,E", "required columns are missing: N"),
+        ("point,E,N,N", "appears twice"),
+        ("point,E,N,colour", "'colour' is not a column"),
     ],
 )
 def test_wrong_columns_are_told(columns: str, message: str) -> None:
@@ -147,7 +147,7 @@ def test_numbers_are_read_with_either_mark(thousandths: int, mark: str) -> None:
 
 @pytest.mark.parametrize("text", ["1.234,5", "1,5", "abc", "0x1F", "1_0", "nan", "inf", "1 2"])
 def test_what_is_no_number_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="is no number"):
+    with pytest.raises(ValueError, match="is not a number"):
         TextTable("a", (), ";", ".").number(text)
 
 

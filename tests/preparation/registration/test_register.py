@@ -86,7 +86,7 @@ def test_edges_give_heading_and_centre() -> None:
     assert one.heading_rad is not None
     assert abs(one.heading_rad) == pytest.approx(math.pi, abs=1e-6)
     assert one.heading_sigma_rad == pytest.approx(math.sqrt(2) * SHOT_M / 0.3, rel=0.3)
-    assert found.unplaced == {"8": "only one edge of its sheet was shot"}
+    assert found.unplaced == {"8": "only one edge of its sheet was measured"}
     assert not found.complete
 
 
@@ -136,7 +136,7 @@ def test_the_best_source_counts_and_clicks_are_compared() -> None:
         "9": PositionSource.CLICK,
     }
     assert by_id(found)["8"].x_m == pytest.approx(5 + math.sqrt(5), abs=0.02)
-    assert by_id(found)["8"].note == "of two places the one near where it was expected"
+    assert by_id(found)["8"].note == "two positions are possible; the one closer to the expected position was used"
     (differs,) = (one for one in found.findings if one.kind == "click_differs")
     assert differs.message.startswith("landmark 7 was clicked 1.0")
 
@@ -177,9 +177,10 @@ def test_differences_to_the_site_are_told() -> None:
     expected = {"7": 9 + 4.2j, "8": 5 + 4j, "9": 15 + 8j}
     found = registered(FloorMeasurements(shots=shots, known=GIVEN, expected=expected))
     assert {one.kind: one.message for one in found.findings} == {
-        "interchanged_landmarks": "landmarks 7 and 8 lie where the site has the other: sheets or names interchanged?",
-        "moved_landmark": "landmark 9 lies 4.00 m from where the site has it",
-        "new_landmark": "the site has no position of landmark 11: new, or a mistyped id?",
+        "interchanged_landmarks": "landmarks 7 and 8 are at each other's position in the site: "
+        "check whether their sheets or names are interchanged",
+        "moved_landmark": "landmark 9 is 4.00 m from its position in the site",
+        "new_landmark": "the site has no position of landmark 11: it is new, or its id is mistyped",
     }
     assert not found.complete
 
@@ -230,7 +231,7 @@ def test_known_points_of_a_file(tmp_path: Path) -> None:
     ]
     assert [one.height_m for one in known] == pytest.approx([0.5, math.nan], nan_ok=True)
     path.write_text("name,x,y\nLM7,1,2\nLM07,3,4\n")
-    with pytest.raises(SurveyError, match=r"known\.csv:3: known point LM07 is there twice \(first: known\.csv:2\)"):
+    with pytest.raises(SurveyError, match=r"known\.csv:3: known point LM07 is listed twice \(first: known\.csv:2\)"):
         read_known_points(path, RULES, READING)
 
 
@@ -245,5 +246,5 @@ def test_known_points_of_the_site(tmp_path: Path) -> None:
     }
     chosen = known_points_of_site(site, 1, ["LM7", "CP1"], RULES, READING)
     assert [one.point for one in chosen] == ["7", "control point 1"]
-    with pytest.raises(UsageError, match="--known 99: floor 1 has no measured position of it"):
+    with pytest.raises(UsageError, match="--known 99: floor 1 has no measured position of this landmark"):
         known_points_of_site(site, 1, ["LM99"], RULES, READING)

@@ -60,7 +60,7 @@ def test_rows_and_columns_of_others_stay(folder: Path) -> None:
 
 def test_other_positions_are_replaced_only_where_asked_for(folder: Path) -> None:
     (folder / "marker_dict.csv").write_text("id,x,y\n7,1,2\n8,5,6\n")
-    with pytest.raises(OutputError, match=r"other positions of landmark 7 \(floor_1/marker_dict\.csv:2\); give --rep"):
+    with pytest.raises(OutputError, match=r"other positions of landmark 7 \(floor_1/marker_dict\.csv:2\); pass --rep"):
         text_of(folder, point("7", 1.1, 2), point("8", 5, 6))
     assert "7,1.1000,2.0000,0.00300\n" in text_of(folder, point("7", 1.1, 2), replace=True)
     assert "7,1.0000,2.0000,0.00300\n" in text_of(folder, point("7", 1, 2))

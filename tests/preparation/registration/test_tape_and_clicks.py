@@ -39,7 +39,7 @@ def test_bad_distances_are_counted(tmp_path: Path) -> None:
     assert len(found) == 1
     assert (finding.kind, finding.count, finding.lines) == ("malformed_lines", 6, (3, 4, 5, 6, 7))
     path.write_text("landmark,to,distance_m\n")
-    with pytest.raises(SurveyError, match=r"tape\.csv: has no distance; expected rows"):
+    with pytest.raises(SurveyError, match=r"tape\.csv: contains no distance; expected rows"):
         read_distances(path, SETTINGS)
 
 

@@ -93,7 +93,7 @@ def test_mirror_places_are_told_and_decided_by_what_was_expected() -> None:
     assert "8.00)" in told
     near = trilaterate(distances, targets(), expected={"7": mirror + 0.3}).placed["7"]
     assert at(near) == pytest.approx(mirror, abs=1e-4)
-    assert near.note == "of two places the one near where it was expected"
+    assert near.note == "two positions are possible; the one closer to the expected position was used"
     assert not trilaterate(distances, targets(), expected={"7": 15 + 10.2j}).placed
     inside = trilaterate(distances, targets(), extent_m=ROOM).placed["7"]
     assert at(inside) == pytest.approx(where, abs=1e-4)
@@ -115,7 +115,7 @@ def test_a_wrong_distance_is_named_and_left_out(wrong: int) -> None:
     found = trilaterate(distances, targets(rng), extent_m=ROOM)
     (error,) = found.errors
     assert error.startswith(
-        (f"distance 7 to {distances[wrong].to} is off by +0.", f"distance 7 to {distances[wrong].to} looks")
+        (f"distance 7 to {distances[wrong].to} is wrong by +0.", f"distance 7 to {distances[wrong].to} seems")
     )
     assert abs(at(found.placed["7"]) - where) < 0.15
 
@@ -126,7 +126,7 @@ def test_a_mistyped_distance_is_named_with_what_would_fit() -> None:
     assert distances[1].distance_m == pytest.approx(10.30, abs=0.01)
     distances[1] = replace(distances[1], distance_m=13.00)
     (error,) = trilaterate(distances, targets()).errors
-    assert error == "distance 7 to c2 looks mistyped (digits exchanged): 10.30 would fit"
+    assert error == "distance 7 to c2 seems to be mistyped (digits exchanged): 10.30 would fit"
 
 
 def test_of_three_distances_nothing_tells_which_is_wrong() -> None:
@@ -135,7 +135,7 @@ def test_of_three_distances_nothing_tells_which_is_wrong() -> None:
     distances[0] = replace(distances[0], distance_m=distances[0].distance_m + 0.77)
     found = trilaterate(distances, targets(), extent_m=ROOM)
     assert found.errors[0].startswith("one of distance 7 to c1, distance 7 to c2 and distance 7 to south is wrong")
-    assert found.unplaced["7"].startswith("fewer than two distances")
+    assert found.unplaced["7"].startswith("it has fewer than two usable distances")
 
 
 def test_landmarks_tie_one_another() -> None:
@@ -153,7 +153,7 @@ def test_too_little_is_told() -> None:
     distances = [taped(13 + 12j, "c1"), TapeDistance("8", "nowhere", 3.0, 0.02)]
     found = trilaterate(distances, targets())
     assert set(found.unplaced) == {"7", "8"}
-    assert found.errors == ["nowhere is neither a known point, a wall nor a landmark: distances to it are left out"]
+    assert found.errors == ["nowhere is neither a known point, a wall nor a landmark: distances to it are skipped"]
     parallel = {"a": Target("a", 0j, 10 + 0j, 0.01), "b": Target("b", 5j, 10 + 5j, 0.01)}
     flat = trilaterate([TapeDistance("7", "a", 2.0, 0.02), TapeDistance("7", "b", 3.0, 0.02)], parallel)
     assert set(flat.unplaced) == {"7"}

@@ -61,7 +61,9 @@ def test_an_unfit_picture_is_generated_anew_the_same_way_each_time() -> None:
 
 
 def test_a_seed_that_never_gives_a_fit_picture_is_told() -> None:
-    with pytest.raises(UsageError, match="--seed 5: none of 20 pictures of landmark 7 is fit; choose another seed"):
+    with pytest.raises(
+        UsageError, match="--seed 5: none of 20 pictures of landmark 7 is suitable; choose another seed"
+    ):
         generated_image(5, "7", lambda seed, landmark, attempt: PLAIN)
 
 
@@ -93,17 +95,17 @@ def test_unfit_own_images_are_refused_by_name_all_at_once(tmp_path: Path) -> Non
     with pytest.raises(SurveyError) as told:
         own_images(folder, own_files(folder))
     message = str(told.value)
-    assert "2 of 3 images cannot be landmarks: sky.png (contrast 0, 30 is needed" in message
-    assert "wall.png (its shorter side has 200 px, 300 are needed" in message
+    assert "2 of 3 images are not suitable as landmarks: sky.png (its contrast is 0, but must be at least 30" in message
+    assert "wall.png (its shorter side has 200 px, but needs 300" in message
     assert "fine.png" not in message
 
 
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        ((), "holds no image (.png, .jpg, .jpeg)"),
-        (("7.png", "07.jpg"), "07.jpg and 7.png are one id, 7; rename one"),
-        (("a;b.png",), "'a;b' cannot be an id; rename the file"),
+        ((), "contains no image (.png, .jpg, .jpeg)"),
+        (("7.png", "07.jpg"), "07.jpg and 7.png have the same id, 7; rename one"),
+        (("a;b.png",), "'a;b' is not a valid id; rename the file"),
     ],
 )
 def test_folders_that_cannot_be_used(tmp_path: Path, names: tuple[str, ...], message: str) -> None:
@@ -151,20 +153,23 @@ def qr_code() -> GreyImage:
 
 
 BAD: dict[str, tuple[GreyImage, str]] = {
-    "black": (np.zeros((SIDE, SIDE), np.uint8), "contrast 0, 30 is needed; 0 features, 500 are needed"),
-    "ramp": (np.tile(np.linspace(0, 255, SIDE).astype(np.uint8), (SIDE, 1)), "0 features, 500 are needed"),
-    "small": (np.ascontiguousarray(dead_leaves_picture(0, "1")[:299]), "its shorter side has 299 px, 300 are needed"),
-    "pale": ((dead_leaves_picture(0, "1") // 8 + 200).astype(np.uint8), "contrast 9, 30 is needed"),
-    "half empty": (half_empty(), "of its area, 75 % are needed"),
+    "black": (
+        np.zeros((SIDE, SIDE), np.uint8),
+        "its contrast is 0, but must be at least 30; it has 0 features, but needs 500",
+    ),
+    "ramp": (np.tile(np.linspace(0, 255, SIDE).astype(np.uint8), (SIDE, 1)), "it has 0 features, but needs 500"),
+    "small": (np.ascontiguousarray(dead_leaves_picture(0, "1")[:299]), "its shorter side has 299 px, but needs 300"),
+    "pale": ((dead_leaves_picture(0, "1") // 8 + 200).astype(np.uint8), "its contrast is 9, but must be at least 30"),
+    "half empty": (half_empty(), "of its area, but needs 75 %"),
     "chessboard": (
         np.kron(np.indices((16, 16)).sum(0) % 2 * 255, np.ones((40, 40))).astype(np.uint8),
         "% of its features repeat",
     ),
     "wallpaper": (
         np.tile(dead_leaves_picture(0, "7")[:160, :160], (4, 4)),
-        "% of its features repeat, at most 25 % may",
+        "% of its features repeat, but at most 25 % may",
     ),
-    "QR code": (qr_code(), "it holds a QR code or barcode"),
+    "QR code": (qr_code(), "it contains a QR code or barcode"),
     "noise": (np.random.default_rng(0).integers(0, 256, (SIDE, SIDE)).astype(np.uint8), "seen from 40 degrees"),
 }
 

@@ -210,7 +210,7 @@ def test_an_image_that_does_not_fit_is_told_with_the_paper_that_holds_it() -> No
     with pytest.raises(UsageError) as told:
         page_layout(SHEET_SIZES["A4"], 0.25, 1.0, "7")
     assert str(told.value) == (
-        "landmark 7: an image 0.25 m wide does not fit A4 with 10 mm of white around (at most 0.19 m); choose A3 or A2"
+        "landmark 7: an image 0.25 m wide does not fit A4 with 10 mm white margin (at most 0.19 m); choose A3 or A2"
     )
-    with pytest.raises(UsageError, match="no size of paper holds it: make it smaller"):
+    with pytest.raises(UsageError, match="no paper size is large enough: make it smaller"):
         page_layout(SHEET_SIZES["A0"], 0.9, 1.0, "7")

@@ -81,7 +81,7 @@ def test_the_record_tells_what_was_measured(images: list[LandmarkImage], tmp_pat
     assert [one["attempt"] for one in told["images"]] == [0, 0, 0]
     assert all(one["quality"]["features"] > 1500 and one["most_like_inliers"] < 20 for one in told["images"])
     assert [finding["kind"] for finding in told["findings"]] == ["same_image", "unprintable_id"]
-    assert told["findings"][0]["message"].startswith("landmarks 7 hang on several floors with one image")
+    assert told["findings"][0]["message"].startswith("landmarks 7 have the same image on several floors")
 
 
 def test_one_id_has_one_width(images: list[LandmarkImage]) -> None:
@@ -102,9 +102,9 @@ def test_a_tall_image_fits_by_its_height(images: list[LandmarkImage]) -> None:
 
 def test_images_that_would_be_confused_are_refused(images: list[LandmarkImage]) -> None:
     copy = LandmarkImage("copy", images[0].pixels, images[0].features, images[0].quality)
-    with pytest.raises(SurveyError, match="these would be taken for each other: 7 and copy; replace one of each"):
+    with pytest.raises(SurveyError, match="these images would be confused: 7 and copy; replace one of each"):
         checked_lookalikes([*images, copy], None, silent)
-    with pytest.raises(UsageError, match="--seed 4: these would be taken for each other: 7 and copy; choose another"):
+    with pytest.raises(UsageError, match="--seed 4: these images would be confused: 7 and copy; choose another"):
         checked_lookalikes([*images, copy], 4, silent)
 
 
@@ -178,14 +178,16 @@ def test_own_images_of_a_sites_landmarks(own: Path, tmp_path: Path) -> None:
     record = make_sheets(SheetOptions(source=landmarks, images=own), tmp_path / "out")
     assert [(page.landmark, page.floor) for page in record.pages] == [("4", 1), ("3", 1)]
     landmarks.write_text("id\n3\n5\n6\n")
-    with pytest.raises(SurveyError, match=r"own: holds no image of landmark 5, 6; add it as ID.png"):
+    with pytest.raises(SurveyError, match=r"own: contains no image of landmark 5, 6; add it as ID.png"):
         make_sheets(SheetOptions(source=landmarks, images=own), tmp_path / "out")
 
 
 def test_more_images_than_a_phone_holds_are_refused(tmp_path: Path) -> None:
     landmarks = tmp_path / "landmarks.csv"
     landmarks.write_text("id\n" + "\n".join(map(str, range(1001))))
-    with pytest.raises(UsageError, match="1001 landmarks: a phone's database holds 1000 images; pick some with --ids"):
+    with pytest.raises(
+        UsageError, match="1001 landmarks: a phone's database contains at most 1000 images; select some with --ids"
+    ):
         make_sheets(SheetOptions(source=landmarks), tmp_path / "out")
 
 
@@ -198,6 +200,6 @@ def test_a_folder_of_others_is_refused_before_any_work(own: Path, tmp_path: Path
 
 def test_a_set_that_fails_leaves_nothing(own: Path, tmp_path: Path) -> None:
     Image.fromarray(dead_leaves_picture(8, "3")).save(own / "copy.png")
-    with pytest.raises(SurveyError, match="these would be taken for each other: 3 and copy"):
+    with pytest.raises(SurveyError, match="these images would be confused: 3 and copy"):
         make_sheets(SheetOptions(images=own), tmp_path / "out")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["own"]

@@ -34,7 +34,7 @@ def test_iso_sizes_keep_their_shape(name: str) -> None:
 def test_names_are_found_in_any_case_and_unknown_ones_told() -> None:
     assert sheet_size(" a3 ").name == "A3"
     assert sheet_size("LETTER").name == "Letter"
-    with pytest.raises(UsageError, match=r"'B5' is no size of paper; there are: A4, Letter, A3, A2, A1, A0"):
+    with pytest.raises(UsageError, match=r"'B5' is not a paper size; available are: A4, Letter, A3, A2, A1, A0"):
         sheet_size("B5")
 
 
@@ -65,12 +65,12 @@ def test_typed_ids_are_those_of_the_logs(ids: list[str]) -> None:
     [
         ("", "--ids names no landmark"),
         (" , ,", "--ids names no landmark"),
-        ("7,1-3,2", "--ids: '2' and '2' are one id, 2; name each once"),
-        ("7,07", "--ids: '7' and '07' are one id, 7"),
-        ("lobby,lobby", "are one id, lobby"),
+        ("7,1-3,2", "--ids: '2' and '2' are the same id, 2; name each once"),
+        ("7,07", "--ids: '7' and '07' are the same id, 7"),
+        ("lobby,lobby", "are the same id, lobby"),
         ("9-3", "--ids 9-3: the range ends before it starts"),
-        ("1-5000", "--ids 1-5000: more than 1000 ids, which no phone's database holds"),
-        ("a;b", "--ids: 'a;b' cannot be an id"),
+        ("1-5000", "--ids 1-5000: more than 1000 ids, which is too many for a phone's database"),
+        ("a;b", "--ids: 'a;b' is not a valid id"),
     ],
 )
 def test_ids_that_cannot_be_meant_are_told(text: str, message: str) -> None:
@@ -100,15 +100,15 @@ def test_a_file_of_ids_alone_will_do(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("id,floor\n7,1\n07,1\n", "landmarks.csv:2 and landmarks.csv:3 are one id, 7, on one floor; rename one"),
-        ("id\n7\n \x01\n", "landmarks.csv:3: '\x01' cannot be an id"),
-        ("id,sheet\n7,B5\n", "landmarks.csv:2: 'B5' is no size of paper; there are: A4, Letter"),
+        ("id,floor\n7,1\n07,1\n", "landmarks.csv:2 and landmarks.csv:3 have the same id, 7, on one floor; rename one"),
+        ("id\n7\n \x01\n", "landmarks.csv:3: '\x01' is not a valid id"),
+        ("id,sheet\n7,B5\n", "landmarks.csv:2: 'B5' is not a paper size; available are: A4, Letter"),
         ("id,width_m\n7,0\n", "landmarks.csv:2: width_m 0 must be above 0 (metres)"),
         ("id,width_m\n7,wide\n", "landmarks.csv:2: could not convert"),
         ("id,floor\n7,ground\n", "landmarks.csv:2: floor, x, y and z must be numbers or empty"),
-        ("7,1.5,2.5\n8,3,4\n", "the first line must name columns"),
-        ("", "the first line must name columns"),
-        ("id,x,y\n", "holds no landmark"),
+        ("7,1.5,2.5\n8,3,4\n", "the first line must name the columns"),
+        ("", "the first line must name the columns"),
+        ("id,x,y\n", "contains no landmark"),
     ],
 )
 def test_files_that_cannot_be_used_are_told_with_their_line(tmp_path: Path, text: str, message: str) -> None:
@@ -163,13 +163,15 @@ def test_a_sites_building_is_told_and_its_odd_rows_are(tmp_path: Path) -> None:
 def test_ids_pick_from_a_site_and_must_be_there(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "survey")
     assert [(one.floor, one.landmark) for one in requested_sheets(root, "7")[0]] == [(1, "7"), (4, "7")]
-    with pytest.raises(UsageError, match="has no landmark 8, 9; leave out SITE"):
+    with pytest.raises(UsageError, match="has no landmark 8, 9; omit SITE"):
         requested_sheets(root, "7-9")
 
 
 def test_a_site_without_landmarks_and_nothing_at_all(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "survey", {"floor_1/marker_dict.csv": None, "floor_4/marker_dict.csv": "id,x,y\n"})
-    with pytest.raises(SurveyError, match=r"holds no landmark; add rows to marker_dict.csv, or name them with --ids"):
+    with pytest.raises(
+        SurveyError, match=r"contains no landmark; add rows to marker_dict.csv, or name them with --ids"
+    ):
         requested_sheets(root, None)
-    with pytest.raises(UsageError, match="no landmark is named"):
+    with pytest.raises(UsageError, match="no landmarks are given"):
         requested_sheets(None, None)

@@ -142,9 +142,9 @@ def test_places_are_called_as_people_call_them() -> None:
     rooms = replace(found.table, room_at=lambda floor, place: "room Lab" if place.real < 20 else "")
     faults, _ = found_faults(replace(found, table=rooms))
     swapped, moved = sorted((fault.summary for fault in faults), key=len)
-    assert swapped == "landmarks 1 and 4 of floor 0 hang in each other's place (1 in room Lab)"
+    assert swapped == "landmarks 1 and 4 of floor 0 are interchanged (1 in room Lab)"
     assert moved.startswith("landmark 5 of floor 0 is at (3")
-    assert moved.endswith("from where the table has it, room Lab")
+    assert moved.endswith("from its position in the table, room Lab")
 
 
 def test_walks_past_surveyed_landmarks_judge_these() -> None:
@@ -152,7 +152,7 @@ def test_walks_past_surveyed_landmarks_judge_these() -> None:
     assert found.answer is Answer.NOTHING_WRONG
     assert found.looked_at == "8 landmarks in 4 walks"
     assert found.why == (
-        "1 landmark could not be judged, no walk passes enough others there; 1 session cannot be read or mapped"
+        "1 landmark could not be judged, because no walk passes enough others there; 1 session cannot be read or mapped"
     )
 
 

@@ -66,7 +66,7 @@ def test_half_a_turn_is_told_by_walls_alone() -> None:
     (fault,) = told(table)
     assert (fault.kind, fault.floor) == (FaultKind.TURNED, 0)
     assert "turned by 180 degrees" in fault.summary
-    assert "100 % of the way of 4 walks is free" in fault.evidence
+    assert "100 % of the path of 4 walks is free" in fault.evidence
     assert corrected_places(table, fault) == pytest.approx(PLACES)
 
 
@@ -82,7 +82,7 @@ def test_about_which_line_a_table_is_mirrored() -> None:
     table = {name: complex(place.real, HEIGHT_M - place.imag) for name, place in PLACES.items()}
     (fault,) = told(table)
     assert fault.kind is FaultKind.MIRRORED
-    assert "about which line the plan tells" in fault.evidence
+    assert "check on the plan about which line" in fault.evidence
     assert corrected_places(table, fault) == pytest.approx(PLACES)
 
 
@@ -104,7 +104,7 @@ def test_a_plan_that_hardly_changes_by_half_a_turn_is_told_by_the_walls_crossed(
     table = {name: complex(WIDTH_M, HEIGHT_M) - place for name, place in PLACES.items()}
     (fault,) = told(table, inside, steps=20)
     assert "turned by 180 degrees" in fault.summary
-    assert "cross 0 of the plan's walls then, and " in fault.evidence
+    assert "cross 0 of the plan's walls with this correction, and " in fault.evidence
     assert told(PLACES, inside, steps=20) == []
 
 

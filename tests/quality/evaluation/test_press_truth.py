@@ -222,7 +222,7 @@ def test_presses_that_are_not_scored_are_counted() -> None:
     truth = press_truth(walk, presses(2.0, 6.0, 30.0), floor)
     assert (truth.ambiguous, truth.outside, truth.elsewhere) == (1, 1, 0)
     assert len(press_errors(walk, truth)) == 1
-    assert "a route.csv would tell" in press_truth_findings(truth)[0].message
+    assert "add a route.csv to settle it" in press_truth_findings(truth)[0].message
     routed = press_truth(walk, presses(2.0, 6.0, 30.0), floor, route=np.array([0, 1]))
     assert (routed.by_route, routed.ambiguous) == (True, 0)
     assert {f.kind: f.count for f in press_truth_findings(truth)} == {"ambiguous_presses": 1, "presses_outside_walk": 1}
@@ -242,9 +242,7 @@ def test_what_is_missing_is_said() -> None:
         press_truth(walk, presses(1.0), floor_with(np.empty((0, 2))))
     with pytest.raises(SessionError, match=r"refMarker\.csv is missing or empty"):
         press_truth(walk, presses(), floor)
-    with pytest.raises(
-        SessionError, match="none of the 2 presses lies within the walk: they come 7191 s after it ends"
-    ):
+    with pytest.raises(SessionError, match="none of the 2 presses is within the walk: they are 7191 s after it ends"):
         press_truth(walk, presses(7201.0, 7205.0), floor)
 
 

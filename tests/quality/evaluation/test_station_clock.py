@@ -183,7 +183,7 @@ def test_a_walk_on_another_clock_is_left_out() -> None:
 
 def test_a_track_from_elsewhere_is_refused() -> None:
     walk = before_station([corridor_walk()])[0]
-    with pytest.raises(SurveyError, match="matches the labels at no clock offset"):
+    with pytest.raises(SurveyError, match="does not match the labels at any clock offset"):
         align_device([with_labels_of(walk, shifted(walk.reference, 40.0))])
 
 

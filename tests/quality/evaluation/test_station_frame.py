@@ -136,7 +136,7 @@ def test_metres_stay_metres(turn: float, shift: float, stretch: float) -> None:
 def test_a_point_that_does_not_fit_is_a_finding() -> None:
     bcs = np.array([[0.0, 0.0], [10.0, 0.0]])
     (finding,) = frame_findings(fit_frame(CommonPoints(("a", "b"), bcs * 1.06, bcs)))
-    assert "misses a by 0.30 m" in finding.message or "misses b by 0.30 m" in finding.message
+    assert "differs by 0.30 m at a" in finding.message or "differs by 0.30 m at b" in finding.message
     assert frame_findings(fit_frame(CommonPoints(("a", "b"), bcs, bcs))) == []
 
 

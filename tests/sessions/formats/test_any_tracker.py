@@ -78,7 +78,7 @@ def test_poses_in_protobuf(tmp_path: Path) -> None:
 
 def test_of_several_topics_one_must_be_named(tmp_path: Path) -> None:
     write_protobuf(tmp_path, "/left", "/right")
-    with pytest.raises(SessionError, match=r'has poses of /left, /right: say in poses\.toml which, topic = "/left"'):
+    with pytest.raises(SessionError, match=r'has poses of /left, /right: choose one in poses\.toml, topic = "/left"'):
         read(tmp_path)
     with (tmp_path / "poses.toml").open("a") as file:
         file.write('topic = "/right"\n')
@@ -98,7 +98,7 @@ def test_a_file_without_poses_is_named(tmp_path: Path) -> None:
     mcap(tmp_path)
     path = tmp_path / "poses.mcap"
     path.write_bytes(b"no mcap at all")
-    with pytest.raises(SessionError, match=r"holds no message of foxglove.PoseInFrame \(InvalidMagic"):
+    with pytest.raises(SessionError, match=r"contains no message of foxglove.PoseInFrame \(InvalidMagic"):
         read(tmp_path)
     with path.open("wb") as file:
         writer = Writer(file)
@@ -106,5 +106,5 @@ def test_a_file_without_poses_is_named(tmp_path: Path) -> None:
         schema = writer.register_schema("foxglove.Log", "jsonschema", b"{}")
         writer.add_message(writer.register_channel("/log", "json", schema), 1, b"{}", 1)
         writer.finish()
-    with pytest.raises(SessionError, match=r"it holds foxglove\.Log: record poses by this schema"):
+    with pytest.raises(SessionError, match=r"it contains foxglove\.Log: record poses with this schema"):
         read(tmp_path)

@@ -185,7 +185,7 @@ def test_a_file_that_cannot_be_opened_is_that_finding_alone(
     assert [(f.kind, f.file, f.severity) for f in found if f.file == name] == [
         ("unreadable_file", name, Severity.ERROR if needed else Severity.WARNING)
     ]
-    assert found[0].message.startswith("cannot be opened (Permission denied): no ")
+    assert found[0].message.startswith("cannot be opened (Permission denied): there are no ")
     assert {record.name for record in session.files} == set(PAPER_NAMES) - {name}
     assert accounts_balance(session)
 
@@ -208,7 +208,7 @@ def test_a_folder_that_is_gone_and_an_unknown_format_are_errors_of_ours(tmp_path
     key = SessionKey(1, "LG", "walk")
     with pytest.raises(SessionError, match="no such session folder"):
         read_session(SessionRef(key, tmp_path / "gone", "published", "slug"))
-    with pytest.raises(SessionError, match="no session format is called 'other'"):
+    with pytest.raises(SessionError, match="there is no session format 'other'"):
         read_session(SessionRef(key, tmp_path, "other", "slug"))
 
 

@@ -183,7 +183,7 @@ def test_record3d_is_refused_with_the_reason(metadata: str, pictures: str, tmp_p
     (tmp_path / pictures).mkdir(parents=True)
     (tmp_path / metadata).write_text('{"poses": [[0, 0, 0, 1, 0, 0, 0]]}', encoding="utf-8")
     assert format_of(tmp_path) == "record3d"
-    with pytest.raises(SessionError, match="does not level its frame by gravity"):
+    with pytest.raises(SessionError, match="neither aligns its frame with gravity"):
         read(tmp_path, "record3d")
 
 

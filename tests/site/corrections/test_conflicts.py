@@ -116,7 +116,7 @@ def test_blank_lines_are_as_if_my_entry_had_not_been_there(before: str) -> None:
 def test_an_entry_that_someone_else_changed_is_a_conflict_with_both_values() -> None:
     after = changed_text(START, [add("mine")])
     current = THEIRS + "\n" + after.replace('"mine"', '"mine"\nfloor = 2')
-    with pytest.raises(ConflictError, match="changed meanwhile in the same place") as raised:
+    with pytest.raises(ConflictError, match="changed in the same place by someone else") as raised:
         undone(START, after, current)
     assert raised.value.conflicts == (Conflict("exclude_landmark", MINE, MINE + "floor = 2\n"),)
 

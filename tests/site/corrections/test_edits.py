@@ -100,7 +100,7 @@ def test_windows_line_ends_and_a_missing_last_one_stay_usable() -> None:
     [
         (TEXT, RemoveEntry(table="swap_landmarks", number=3), "no .* number 3"),
         (TEXT, AddEntry(table="swap_landmarks", values={"ids": ["1"]}), "number 3, ids"),
-        (TEXT, AddEntry(table="swap", values={"ids": ["1", "2"]}), "not known"),
+        (TEXT, AddEntry(table="swap", values={"ids": ["1", "2"]}), "unknown name"),
         ('exclude_landmark = [{id = "7"}]\n', AddEntry(table="exclude_landmark", values={"id": "8"}), "one by one"),
         ("[[", AddEntry(table="exclude_landmark", values={"id": "8"}), "not a TOML file"),
     ],
@@ -179,12 +179,12 @@ def test_entries_that_cannot_be_added_leave_the_file_alone(tmp_path: Path) -> No
 def test_a_text_is_saved_only_where_the_file_is_what_it_was_made_from(tmp_path: Path) -> None:
     first = save_text(tmp_path, LINES, "")
     assert corrections_text(tmp_path) == (LINES, first)
-    with pytest.raises(ChangedMeanwhileError, match="changed meanwhile"):
+    with pytest.raises(ChangedMeanwhileError, match="changed by someone else"):
         save_text(tmp_path, "# mine\n", "")
     add_entries(tmp_path, LINES.replace("1", "3"))
     with pytest.raises(ChangedMeanwhileError):
         save_text(tmp_path, "# mine\n", first)
-    with pytest.raises(SurveyError, match="not known"):
+    with pytest.raises(SurveyError, match="unknown name"):
         save_text(tmp_path, "[[swap]]\n", corrections_text(tmp_path)[1])
     assert save_text(tmp_path, "", corrections_text(tmp_path)[1]) == ""
     assert list(tmp_path.iterdir()) == []

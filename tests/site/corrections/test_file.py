@@ -84,7 +84,7 @@ def test_no_file_means_no_corrections(tmp_path: Path) -> None:
         ("[[exclude_span]]\nfrom_s = 5\nto_s = 5\n", "from_s must be less than to_s"),
         ("[[exclude_span]]\nfrom_s = 'x'\n", r"\[\[exclude_span\]\] number 1, from_s: .*valid number"),
         ("[[exclude_landmark]]\n", r"number 1, id: missing; correct or remove it"),
-        ("[[exclude_landmark]]\nid = ''\n", r"number 1, id: .*a landmark id is a text"),
+        ("[[exclude_landmark]]\nid = ''\n", r"number 1, id: .*a landmark id must be a text"),
         ("[[swap_landmarks]]\nids = ['1']\n", r"ids: List should have at least 2"),
         ("[[swap_landmarks]]\nids = ['1', '1.0']\n", "two different landmarks"),
         ("[[move_landmark]]\nid='1'\nx=1\ny=nan\n", r"\[\[move_landmark\]\] number 1, y: .*finite"),
@@ -95,12 +95,12 @@ def test_no_file_means_no_corrections(tmp_path: Path) -> None:
             r"table: Input should be 'sensors', 'wifi'",
         ),
         ("[[shift_clock]]\ntable='wifi'\noffset_s=inf\n", r"offset_s: .*less than or equal"),
-        ("[[exclude_landmark]]\nid='1'\nflor=1\n", r"flor: not known, look for a typing error"),
+        ("[[exclude_landmark]]\nid='1'\nflor=1\n", r"flor: unknown name, check the spelling"),
         ("[[exclude_landmark]]\nid='1'\n[[exclude_landmark]]\nid='2'\nfloor='1'\n", "number 2, floor: .*valid integer"),
         ("[[unknown]]\nid='1'\n", r"\[\[unknown\]\]"),
-        ("exclude_landmark = 3\n", r"\[\[exclude_landmark\]\]: each entry starts with its name in double brackets"),
-        ("not toml", "not a TOML file"),
-        ("a = '\x00'", "not a TOML file"),
+        ("exclude_landmark = 3\n", r"\[\[exclude_landmark\]\]: each entry must start with its name in double brackets"),
+        ("not toml", "the file is not valid TOML"),
+        ("a = '\x00'", "the file is not valid TOML"),
     ],
 )
 def test_errors_name_file_entry_and_what_was_expected(tmp_path: Path, text: str, message: str) -> None:
@@ -159,7 +159,7 @@ def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
     survey = open_survey(write_survey(tmp_path, {"corrections.toml": text}))
     messages = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
     assert len(messages) == 1
-    assert "[[move_landmark]] number 2 has no effect: no landmark 99 in the files" in messages[0]
+    assert "[[move_landmark]] number 2 has no effect: there is no landmark 99 in the files" in messages[0]
     corrections = corrections_of(tmp_path, EXAMPLE + "[[shift_clock]]\nfloor = 9\ntable = 'wifi'\noffset_s = 1\n")
     findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site)
     assert "[[shift_clock]] number 2 has no effect: no session matches" in findings[-1].message

@@ -17,7 +17,7 @@ def test_landmarks_are_moved_and_excluded_on_their_floor(tmp_path: Path) -> None
     assert corrected.ids == ("10", "3")
     assert corrected.position_bcs.tolist() == [[3.0, 4.5], [3.0, 3.0]]
     assert np.isnan(corrected.heading_rad).tolist() == [True, False]
-    assert uses == ("Landmark 10 is taken to be at (3, 4.5).",)
+    assert uses == ("Landmark 10 is placed at (3, 4.5).",)
     assert marks.position_bcs[0].tolist() == [1.0, 1.0]
 
 

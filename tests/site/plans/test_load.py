@@ -24,14 +24,16 @@ SQUARE = [[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0], [0.0, 0.0]]
 
 
 def test_a_plan_without_scale(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match=r"plan.png: the plan of floor 1 has no scale: give extent = "):
+    with pytest.raises(SurveyError, match=r"plan.png: the plan of floor 1 has no scale: specify extent = "):
         floor_plan(floor_with(drawn_floor.png(tmp_path), {}))
 
 
 def test_a_floor_without_plan_or_file(tmp_path: Path) -> None:
     floor = floor_with(drawn_floor.png(tmp_path), {"extent": EXTENT})
     (tmp_path / "plan.png").unlink()
-    with pytest.raises(SurveyError, match=r"plan.png: the plan of floor 1 is not there: correct its name or add it"):
+    with pytest.raises(
+        SurveyError, match=r"plan.png: the plan of floor 1 does not exist: correct its name, or add the file"
+    ):
         floor_plan(floor)
     assert plan_file(floor, Folder.at(tmp_path / "drawn")) == tmp_path / "plan.png"
 
@@ -39,30 +41,30 @@ def test_a_floor_without_plan_or_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("colour", ["black", "white"])
 def test_an_image_of_one_colour(tmp_path: Path, colour: str) -> None:
     Image.new("RGB", (60, 40), colour).save(tmp_path / "plan.png")
-    with pytest.raises(SurveyError, match="shows nothing: all its pixels have one colour"):
+    with pytest.raises(SurveyError, match="shows nothing: all its pixels have the same colour"):
         floor_plan(floor_with(tmp_path / "plan.png", {"extent": EXTENT}))
 
 
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [
-        ("plan.xyz", b"", "is of no known format; plans end with .bmp, .dxf, .geojson"),
-        ("plan.dwg", b"AC1032", "is a DWG, which only its maker's programs read; save it as DXF"),
+        ("plan.xyz", b"", "has an unknown format; plans end with .bmp, .dxf, .geojson"),
+        ("plan.dwg", b"AC1032", "is a DWG file, which cannot be read; save it as DXF"),
         ("plan.png", b"no image", "cannot be read as an image"),
         ("plan.svg", b"<html/>", "cannot be read as SVG"),
-        ("plan.svg", b"<svg xmlns='http://www.w3.org/2000/svg' width='50%'/>", "tells no size"),
-        ("plan.svg", b"<svg width='10' height='10' viewBox='0 0 2 1'/>", "another shape than its viewBox"),
+        ("plan.svg", b"<svg xmlns='http://www.w3.org/2000/svg' width='50%'/>", "has no size"),
+        ("plan.svg", b"<svg width='10' height='10' viewBox='0 0 2 1'/>", "a different aspect ratio than its viewBox"),
         ("plan.svg", b"<svg viewBox='0 0 2 1'><oops></svg>", "cannot be read as SVG"),
         ("plan.pdf", b"%PDF-1.4 oops", "cannot be read as PDF"),
         ("plan.dxf", b"oops", "cannot be read as DXF|holds no line"),
-        ("plan.geojson", b"{", "is no JSON"),
-        ("plan.geojson", b"[]", "is no GeoJSON: expected a FeatureCollection"),
-        ("plan.geojson", b'{"features": [3]}', "is no GeoJSON"),
-        ("plan.geojson", collection().encode(), "holds nothing to draw"),
+        ("plan.geojson", b"{", "is not JSON"),
+        ("plan.geojson", b"[]", "is not GeoJSON: expected a FeatureCollection"),
+        ("plan.geojson", b'{"features": [3]}', "is not GeoJSON"),
+        ("plan.geojson", collection().encode(), "contains nothing to draw"),
         ("plan.geojson", collection(feature("Polygon", [])).encode(), "has a polygon without coordinates"),
         ("plan.geojson", collection(feature("Polygon", [SQUARE[:2]])).encode(), "fewer than three corners"),
-        ("plan.geojson", collection(feature("Polygon", [[["a", 1]]])).encode(), "coordinates that are no numbers"),
-        ("plan.geojson", collection(feature("Polygon", [SQUARE], use="roof")).encode(), "whose use is 'roof', which"),
+        ("plan.geojson", collection(feature("Polygon", [[["a", 1]]])).encode(), "coordinates that are not numbers"),
+        ("plan.geojson", collection(feature("Polygon", [SQUARE], use="roof")).encode(), "with the use 'roof', which"),
         ("plan.geojson", collection(feature("LineString", [[0, 0]], use="wall")).encode(), "fewer than two points"),
         ("plan.geojson", collection(feature("LineString", [[0, 0], [9, 0]], use="wall")).encode(), "spans no area"),
     ],
@@ -85,24 +87,24 @@ def test_layers_that_are_not_there(tmp_path: Path) -> None:
 
 def test_levels_that_are_not_told(tmp_path: Path) -> None:
     plan = drawn_floor.imdf(tmp_path)
-    with pytest.raises(SurveyError, match=r"has 2 levels; give level, one of: 0, 1"):
+    with pytest.raises(SurveyError, match=r"has 2 levels; specify level, one of: 0, 1"):
         floor_plan(floor_with(plan, {}))
     with pytest.raises(SurveyError, match=r"has no level 7; there are: 0, 1"):
         floor_plan(floor_with(plan, {"level": "7"}))
     (plan / "unit.geojson").write_text("oops")
-    with pytest.raises(SurveyError, match=r"holds unit.geojson, which is no JSON"):
+    with pytest.raises(SurveyError, match=r"contains unit.geojson, which is not JSON"):
         floor_plan(floor_with(plan, {"level": "0"}))
 
 
 def test_archives_that_are_none(tmp_path: Path) -> None:
     plan = drawn_floor.imdf(tmp_path, archive=True)
     plan.write_bytes(plan.read_bytes()[:100])
-    with pytest.raises(SurveyError, match="is of no known format"):
+    with pytest.raises(SurveyError, match="has an unknown format"):
         floor_plan(floor_with(plan, {}))
 
 
 def test_wrong_reference_systems(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match="EPSG:999999, which is no reference system known"):
+    with pytest.raises(SurveyError, match="EPSG:999999, which is not a known reference system"):
         floor_plan(floor_with(drawn_floor.geojson(tmp_path), {"epsg": 999999}))
 
 
@@ -110,19 +112,19 @@ def test_wrong_reference_systems(tmp_path: Path) -> None:
     ("entries", "message"),
     [
         ({"extent": EXTENT, "unit_m": 1.0}, "extent and unit_m are given; keep one of them"),
-        ({"points": [{"plan": (0, 0), "bcs_m": (0, 0)}] * 2}, "two identical points"),
+        ({"points": [{"plan": (0, 0), "bcs_m": (0, 0)}] * 2}, "points are identical"),
         (
             {"points": [{"plan": (0, 0), "bcs_m": (5, 0)}, {"plan": (9, 0), "bcs_m": (5, 0)}]},
-            "two identical points",
+            "points are identical",
         ),
         ({"distance": {"from": (1, 1), "to": (1, 1), "metres": 3.0}}, "from and to are the same point"),
         ({"extent": {"width_m": 0.0, "height_m": 3.0}}, "greater than 0"),
         ({"extent": {"width_m": float("nan"), "height_m": 3.0}}, "less than or equal"),
         ({"page": 0}, "greater than or equal to 1"),
-        ({"file": "../other/plan.png"}, "lies outside the survey; copy it there"),
-        ({"file": "/plan.png"}, "lies outside the survey"),
+        ({"file": "../other/plan.png"}, "is outside the survey; copy it into the survey"),
+        ({"file": "/plan.png"}, "is outside the survey"),
         ({"size": 100}, "Extra inputs"),
-        ({"extent": {"lower_left_m": (0.0, 0.0)}}, "give width_m, height_m, or both"),
+        ({"extent": {"lower_left_m": (0.0, 0.0)}}, "specify width_m, height_m, or both"),
     ],
 )
 def test_entries_that_cannot_be(entries: dict[str, object], message: str) -> None:

@@ -17,11 +17,11 @@ from vislam2tag.site.plans.reader_process import read_guarded
 from vislam2tag.site.plans.source import PlanSource
 
 TOLD = {
-    "nested groups": "its reader broke down over it",
+    "nested groups": "its reader crashed",
     "blocks within blocks": "takes longer than 1 s",
     "tiny arc steps": "takes longer than 1 s|needs more than 1 GB",
     "nested arrays": "is nested too deep",
-    "a bomb": "is of no known format|holds level.geojson of more than 50 MB",
+    "a bomb": "has an unknown format|contains level.geojson, which is larger than 50 MB",
     "many pixels": "has more than 100 million pixels",
     "integers beyond floats": r"cannot be read \(OverflowError: int too large to convert to float\)",
 }
@@ -70,7 +70,7 @@ def test_what_one_plan_ended_is_there_for_the_next(tmp_path: Path) -> None:
 def test_a_plan_that_was_refused_is_not_waited_for_again(tmp_path: Path) -> None:
     path = tmp_path / "plan.svg"
     floor = floor_with(path, {"extent": EXTENT})
-    for content, changed_ns, told in (("<html/>", 1, "SVG"), ("<svg/>", 1, "SVG"), ("<svg/>", 2, "tells no size")):
+    for content, changed_ns, told in (("<html/>", 1, "SVG"), ("<svg/>", 1, "SVG"), ("<svg/>", 2, "has no size")):
         path.write_text(content)
         os.utime(path, ns=(changed_ns, changed_ns))
         assert told in message_of(lambda: floor_plan(floor))

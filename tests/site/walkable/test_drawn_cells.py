@@ -168,7 +168,7 @@ def test_a_file_that_is_no_image_is_told(tmp_path: Path) -> None:
 
 def test_a_mask_without_green_and_red_is_no_correction(tmp_path: Path) -> None:
     Image.new("RGB", (40, 20), "black").save(tmp_path / "mask.png")
-    with pytest.raises(SurveyError, match=r"mask\.png: nothing in it is green"):
+    with pytest.raises(SurveyError, match=r"mask\.png: it contains neither green"):
         read_mask(tmp_path / "mask.png")
 
 

@@ -319,7 +319,7 @@ def test_of_strangers_the_log_tells_some_and_how_many_more(phone: Phone) -> None
     assert len(phone.heard) == REPORTED_A_MINUTE
     phone.now_s += 61
     phone.ask("GET", f"/v2/uploads/{NAME}")
-    assert phone.heard[REPORTED_A_MINUTE] == f"{50 - REPORTED_A_MINUTE} more requests without the token in a minute"
+    assert phone.heard[REPORTED_A_MINUTE] == f"{50 - REPORTED_A_MINUTE} more requests without the token within a minute"
     assert len(phone.heard) == REPORTED_A_MINUTE + 2
 
 

@@ -62,7 +62,7 @@ _DECOMPRESSORS: dict[bytes, Callable[[IO[bytes]], Any]] = {
 }
 """Of a TAR, by the first bytes of the file."""
 MOST_UNPACKED = 20_000_000_000
-"""Bytes that an archive may unpack to, where nobody says more."""
+"""Bytes that an archive may unpack to, where no one says more."""
 _MOST_LOOKED_THROUGH = 5_000_000_000
 """Bytes of a packed TAR that are passed to find the names in it: some seconds."""
 _MOST_MEMBERS = 200_000
@@ -78,7 +78,7 @@ _DAMAGED = (
     *(OSError, EOFError, ValueError, OverflowError, NotImplementedError, struct.error, zlib.error, lzma.LZMAError),
     *(tarfile.TarError, zipfile.BadZipFile),
 )
-"""What the libraries raise over an archive that is damaged or lies."""
+"""What the libraries raise over an archive that is damaged or is."""
 
 
 def is_archive(path: Path) -> bool:
@@ -87,7 +87,7 @@ def is_archive(path: Path) -> bool:
 
 
 def _meant(path: Path) -> Path:
-    """The archive in a folder that holds nothing else to look into (but a licence, a readme), else the path."""
+    """The archive in a folder that contains nothing else to look into (but a licence, a readme), else the path."""
     if not path.is_dir():
         return path
     archives = archives_in(path)
@@ -122,7 +122,7 @@ def check_archive(path: Path) -> None:
 
 @cache
 def _listed(path: Path, changed_ns: int) -> tuple[tuple[PurePosixPath, ...], str]:
-    """List an archive, and tell what ended it early; kept, as every format looks and a tar is unpacked for it."""
+    """List an archive, and what ended it early; kept, as every format looks and a tar is unpacked for it."""
     del changed_ns
     names = []
     size = 0
@@ -200,7 +200,7 @@ def _unpacked(path: Path, scratch: Folder, most_bytes: int, wanted: Container[Pu
             if _leads_outside(member.name) or (wanted is not None and member.name not in wanted):
                 continue
             if len(member.name.parts) > _DEEPEST:
-                raise _cannot_unpack(path, f"a file of it lies more than {_DEEPEST} folders deep")
+                raise _cannot_unpack(path, f"it contains a file more than {_DEEPEST} folders deep")
             with member.open() as content, target.writing(member.name.as_posix()) as file:
                 while left >= 0 and (block := content.read(_BLOCK)):
                     left -= len(block)
@@ -220,7 +220,9 @@ def _leads_outside(name: PurePosixPath) -> bool:
 
 
 def _cannot_unpack(path: Path, cause: str) -> DatasetError:
-    return DatasetError(f"{path}: cannot be unpacked ({cause}); download it again, or give the folder it holds")
+    return DatasetError(
+        f"{path}: cannot be unpacked ({cause}); download it again, or unpack it yourself and pass the folder"
+    )
 
 
 def _is_tar(path: Path) -> bool:
@@ -242,7 +244,7 @@ def _members(path: Path) -> Iterator[_Member]:
     with plain(path).open("rb") as file:
         for number, member in enumerate(_of_tar(file) if _is_tar(path) else _of_zip(file)):
             if number >= _MOST_MEMBERS:
-                raise ValueError(f"it holds more than {_MOST_MEMBERS:,} files")
+                raise ValueError(f"it contains more than {_MOST_MEMBERS:,} files")
             yield member
 
 
@@ -278,9 +280,11 @@ def _of_zip(file: IO[bytes]) -> Iterator[_Member]:
                 if entry.flag_bits & _ENCRYPTED:
                     raise ValueError("it is encrypted")
                 if entry.compress_type not in _METHODS:
-                    raise ValueError(f"it is packed by method {entry.compress_type}; deflate and bzip2 are read")
+                    raise ValueError(
+                        f"it is packed by method {entry.compress_type}; only deflate and bzip2 can be read"
+                    )
                 yield _Member(PurePosixPath(entry.filename), entry.file_size, partial(archive.open, entry))
 
 
 def _too_long() -> ValueError:
-    return ValueError("its list of files is damaged or far too long")
+    return ValueError("its list of files is damaged or too long")

@@ -41,12 +41,13 @@ def only_one(folder: Folder, name: str, refusal: str) -> Iterator[None]:
         raise OutputError(refusal) from error
     except OSError as error:
         raise OutputError(
-            f"{folder.path}: cannot be written or locked ({error.strerror}); choose a folder of yours on a local disk"
+            f"{folder.path}: cannot be written or locked ({error.strerror}); choose a folder on a local disk that you "
+            "may write to"
         ) from error
     try:
         yield
     finally:
-        # A held file can be removed on POSIX, where who waits for it notices; on Windows only one that nobody holds.
+        # A held file can be removed on POSIX, where who waits for it notices; on Windows only one that no one holds.
         with suppress(OSError):
             folder.remove(name)
         lock.release()

@@ -1,7 +1,7 @@
 """A folder of this machine: the one module through which files are written, renamed and deleted.
 
 Folders may come from others, with links planted in them. The path that the user gives may lead through links and is
-resolved once; below it nothing is written, renamed or deleted through a link: each step of the way is opened as a
+resolved once. Below it, nothing is written, renamed or deleted through a link. Each step of the path is opened as a
 directory, relative to the one before (POSIX *openat* with ``O_NOFOLLOW``). A file gets a random name, made exclusively,
 until it is whole; :data:`UNFINISHED` matches these names. What a killed program left under such a name is removed by
 the next one that writes to the same folder: its lock is free then.
@@ -277,9 +277,7 @@ class _Directory:
     def refuse_link(self, name: str) -> None:
         found = self.status(name)
         if found is not None and stat.S_ISLNK(found.st_mode):
-            reason = (
-                "it is a link, and nothing is written or removed through links in this folder; replace it by a copy"
-            )
+            reason = "it is a link, and the program does not write or remove files through links; replace it by a copy"
             raise OSError(errno.ELOOP, reason, str(self.path / name))
 
     def rename(self, name: str, to: _Directory, new_name: str) -> None:

@@ -34,12 +34,12 @@ _DEEP_KEY = re.compile(r"""(?<![\w-])(?:(?:"[^"\n]*"|'[^'\n]*'|[\w-]++)[ \t]*\.[
 
 
 def plain(path: Path) -> Path:
-    """Return the path of something that can be read to its end (or of a folder, which opening it tells).
+    """Return the path of something that can be read to its end (or of a folder, which opening it shows).
 
     Raises OSError for a pipe, socket or device, and where nothing is there.
     """
     if not (stat.S_ISREG(path.stat().st_mode) or path.is_dir()):
-        raise OSError(errno.EINVAL, "it is a pipe, socket or device, not a plain file", str(path))
+        raise OSError(errno.EINVAL, "it is a pipe, socket or device, not a regular file", str(path))
     return path
 
 
@@ -49,7 +49,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_json(path: Path) -> Any:
-    """Read a JSON file; raises OSError where it cannot be read, ValueError where it holds something else."""
+    """Read a JSON file; raises OSError where it cannot be read, ValueError where it contains something else."""
     return json_values(read_bytes(path))
 
 
@@ -62,7 +62,7 @@ def json_values(content: bytes) -> Any:
 
 
 def read_toml_values(path: Path) -> dict[str, Any]:
-    """Read a TOML file; raises OSError where it cannot be read, ValueError where it holds something else."""
+    """Read a TOML file; raises OSError where it cannot be read, ValueError where it contains something else."""
     return toml_values(read_bytes(path))
 
 
@@ -71,7 +71,7 @@ def toml_values(content: bytes) -> dict[str, Any]:
     try:
         text = content.decode("utf-8-sig")
         if _DEEP_KEY.search(text):
-            raise ValueError("a key of it is nested too deep")
+            raise ValueError("one of its keys is nested too deep")
         return tomllib.loads(text)
     except RecursionError as error:
         raise ValueError("it is nested too deep") from error

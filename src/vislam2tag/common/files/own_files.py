@@ -73,7 +73,7 @@ class OwnFiles(Record):
             return cls.model_validate_json(data)
         except ValidationError as error:
             fault = error.errors()[0]["msg"]
-            raise OutputError(f"{name}: is damaged or of a later version ({fault}); {_CURE}") from error
+            raise OutputError(f"{name}: is damaged or was written by a later version ({fault}); {_CURE}") from error
 
     def text(self) -> str:
         """The record's content."""
@@ -118,12 +118,12 @@ def owned_files(names: Iterable[str], record_at: Callable[[str], OwnFiles | None
     return owned
 
 
-_CURE = "remove the folder after moving away what you want to keep, or choose another --out"
+_CURE = "move files that you want to keep, then remove the folder, or choose another --out"
 
 
 def without_record(place: str) -> OutputError:
     """The error of an output of ours without a record, which version 0.2 and earlier wrote."""
-    return OutputError(f"{place}: was written by an earlier version, which kept no list of its files; {_CURE}")
+    return OutputError(f"{place}: was written by an earlier version, which did not store a list of its files; {_CURE}")
 
 
 def _sorted(names: Iterable[str]) -> tuple[str, ...]:
@@ -131,6 +131,6 @@ def _sorted(names: Iterable[str]) -> tuple[str, ...]:
 
 
 def _stems_of(name: str) -> Iterator[str]:
-    """What stands before each dot of a file's name; nothing for a path of several parts."""
+    """The part before each dot of a file's name; nothing for a path of several parts."""
     if "/" not in name:
         yield from (name[:at] for at, letter in enumerate(name) if letter == "." and at)

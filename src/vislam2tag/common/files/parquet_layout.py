@@ -1,7 +1,7 @@
 """Whether a Parquet file's footer and pages say what can be: where they lie, Polars' reader panics or ends the process.
 
-Both are Apache Thrift in its compact protocol (parquet.thrift of github.com/apache/parquet-format, version 2.10);
-fields are known by number, and only the few that say where bytes lie, and how many values they hold, are looked at.
+Both are Apache Thrift in its compact protocol (parquet.thrift of github.com/apache/parquet-format, version 2.10).
+Fields are identified by number. Only the few that say where bytes are, and how many values they contain, are read.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def check_parquet(source: Path | bytes) -> None:
     """Raise OSError where the footer or pages of a file, or its content, cannot be right or hold too much.
 
     A table of more than 256 MB in memory must not be over 500 times its file's size: a file of some kilobytes can say
-    that one value stands there for millions of rows.
+    that one value is repeated for millions of rows.
     """
     path = source if isinstance(source, Path) else Path("its content")
     with source.open("rb") if isinstance(source, Path) else io.BytesIO(source) as file:
@@ -48,12 +48,12 @@ def check_parquet(source: Path | bytes) -> None:
         end = file.read(_END)
         start = length - _END - int.from_bytes(end[: -len(_MAGIC)], "little")
         if not end.endswith(_MAGIC) or start < len(_MAGIC):
-            raise _damage("it is no whole Parquet file", path)
+            raise _damage("it is not a complete Parquet file", path)
         file.seek(start)
         columns = _columns(file.read(length - _END - start), path)
         size = sum(_size_of(column, file, start, path) for column in columns)
     if size > max(_SMALL_BYTES, _MOST_TIMES * length):
-        raise _damage(f"{length} bytes that say they hold a table of {size / 1e9:.1f} GB", path)
+        raise _damage(f"{length} bytes that claim to contain a table of {size / 1e9:.1f} GB", path)
 
 
 def _columns(footer: bytes, path: Path) -> list[_Fields]:
@@ -66,7 +66,7 @@ def _columns(footer: bytes, path: Path) -> list[_Fields]:
 
 
 def _size_of(column: _Fields, file: IO[bytes], end: int, path: Path) -> int:
-    """Bytes that a piece of a column takes in memory, by its pages, which hold as many values as the footer says."""
+    """Bytes that a piece of a column takes in memory, by its pages, which contain as many values as the footer says."""
     try:
         first = column[_DATA_PAGE_OFFSET]
         at = min(first, column.get(_DICTIONARY_PAGE_OFFSET) or first)
@@ -88,14 +88,14 @@ def _size_of(column: _Fields, file: IO[bytes], end: int, path: Path) -> int:
             if page[_COMPRESSED_PAGE_SIZE] < 0 or page[_PAGE_SIZE] < 0 or values > wanted:
                 raise LookupError(at)
     except (LookupError, TypeError, AttributeError) as error:
-        raise _damage("a page of it is damaged", path) from error
+        raise _damage("one of its pages is damaged", path) from error
     if at > end or values != wanted:  # early writers took the pieces for some bytes shorter than they are
-        raise _damage("a page of it is damaged", path)
+        raise _damage("one of its pages is damaged", path)
     return max(size, values * _VALUE_BYTES)
 
 
 def _values_of(page: _Fields) -> int:
-    """How many values of the column a page holds: none where it holds its dictionary or an index."""
+    """How many values of the column a page contains: none if it is its dictionary or an index."""
     if _DICTIONARY_PAGE in page:
         if not 0 <= page[_DICTIONARY_PAGE][_VALUES_OF_PAGE] <= 8 * page[_PAGE_SIZE]:
             raise LookupError(_DICTIONARY_PAGE)
@@ -109,7 +109,7 @@ def _values_of(page: _Fields) -> int:
 
 
 def _damage(why: str, path: Path) -> OSError:
-    """As the system tells of a file: every command has a message for that."""
+    """As the system reports errors of a file: every command has a message for that."""
     return OSError(errno.EBADMSG, why, str(path))
 
 

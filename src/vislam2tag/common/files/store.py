@@ -38,23 +38,38 @@ _RETRIES = {
     "retry_timeout": timedelta(seconds=120),
 }
 _CAUSES = (
-    ("NoSuchBucket|ContainerNotFound|bucket does not exist", "there is no such bucket: make it, or correct its name"),
-    ("RequestTimeTooSkewed|clock", "this machine's clock is wrong, which the store refuses: set it"),
+    (
+        "NoSuchBucket|ContainerNotFound|bucket does not exist",
+        "the bucket does not exist: create it, or correct its name",
+    ),
+    (
+        "RequestTimeTooSkewed|clock",
+        "the store rejects the request, because this machine's clock is wrong: set the clock",
+    ),
     (
         "PermanentRedirect|HeaderMalformed|LocationConstraint|configured region",
-        "the bucket lies in another region: set AWS_REGION to its own",
+        "the bucket is in another region: set AWS_REGION to that region",
     ),
-    ("QuotaExceeded|InsufficientStorage|507 ", "the store has no space left for you: free some or ask for more"),
+    (
+        "QuotaExceeded|InsufficientStorage|507 ",
+        "the store has no space left for your account: free some, or ask for more",
+    ),
     (
         "InvalidAccessKeyId|SignatureDoesNotMatch|InvalidAuthenticationInfo|failed to authenticate",
         "the credentials are wrong: check them",
     ),
-    ("SlowDown|TooManyRequests|429 |503 ", "the store is too busy, in all tries: run again later, with fewer workers"),
+    (
+        "SlowDown|TooManyRequests|429 |503 ",
+        "the store was too busy in all attempts: run again later, with fewer workers",
+    ),
     (
         r"169\.254\.|/latest/|metadata\.google|credential",
-        "no credentials were found: set them as for the service's own tools",
+        "no credentials were found: set them as you do for the service's own tools",
     ),
-    ("401 |Unauthenticated", "no credentials that the store knows: set them as for the service's own tools"),
+    (
+        "401 |Unauthenticated",
+        "the store does not know these credentials: set them as you do for the service's own tools",
+    ),
     ("403 |AccessDenied|PermissionDenied", "permission is denied: the credentials must allow to list, read and write"),
 )
 """By what the store answers: what it means and what to do; the first that matches counts."""
@@ -80,7 +95,7 @@ def connection_to(address: str) -> Any:
         return stores.MemoryStore()
     options: dict[str, Any] = {"timeout": timedelta(seconds=_TIMEOUT_S)}
     if any(os.environ.get(name, "").startswith("http://") for name in _ENDPOINTS[scheme]):
-        options["allow_http"] = True  # whoever names such an endpoint wants it
+        options["allow_http"] = True  # a user who sets such an endpoint wants it
     try:
         return stores.from_url(address, client_options=options, retry_config=_RETRIES)
     except store_errors() as error:
@@ -88,13 +103,13 @@ def connection_to(address: str) -> Any:
 
 
 def cause_of(error: Exception) -> str:
-    """Say why, and what to do; addresses of requests, which may hold a signature, are left out."""
+    """Say why, and what to do; addresses of requests, which may contain a signature, are left out."""
     text = str(error)
     for pattern, meaning in _CAUSES:
         if re.search(pattern, text.split("Debug source")[0], re.IGNORECASE):
             return meaning
     if "kind: Timeout" in text:
-        return "the store does not answer in time, in all tries: check the network and the store's endpoint"
+        return "the store did not answer in time in any attempt: check the network and the store's endpoint"
     line = re.sub(r"https?://\S+", "the store", first_line(error))
     return f"{line}; check the network, the address and the store's endpoint"
 
@@ -103,13 +118,13 @@ _ADDRESS = re.compile(rf"({'|'.join(SCHEMES)}):(?:/+(.*))?")
 _AT_ONCE = 6
 """Requests of one process that a store is asked at the same time."""
 PROBE = ".vislam2tag-probe-"
-"""How the names of objects begin that tell whether a store has conditional writes; they last as long as that takes."""
+"""Prefix of the objects that test whether a store has conditional writes; they are removed after the test."""
 
 
 def address_of(path: Path | str) -> str | None:
     """The address of a folder in a store that a path stands for; None for one of this machine.
 
-    Where a path was made of an address it holds one slash of two, ``s3:/bucket/prefix``. Raises UsageError for an
+    Where a path was made of an address it contains one slash of two, ``s3:/bucket/prefix``. Raises UsageError for an
     address with credentials or without a bucket.
     """
     match = _ADDRESS.fullmatch(os.fspath(path))
@@ -117,9 +132,9 @@ def address_of(path: Path | str) -> str | None:
         return None
     scheme, rest = match.groups(default="")
     if "@" in rest.partition("/")[0]:
-        raise UsageError(f"{scheme}://...: credentials must not stand in an address: set them in the environment")
+        raise UsageError(f"{scheme}://...: credentials must not be part of an address: set them in the environment")
     if not rest:
-        raise UsageError(f"{scheme}://: names no bucket; give {scheme}://BUCKET/FOLDER")
+        raise UsageError(f"{scheme}://: names no bucket; use {scheme}://BUCKET/FOLDER")
     return f"{scheme}://{rest.rstrip('/')}"
 
 
@@ -129,13 +144,13 @@ def shown(path: Path | str) -> str:
 
 
 _UNANSWERED = re.compile("kind: (Timeout|Interrupted)")
-"""In what obstore says of a request that was sent, and of which nobody knows whether it was done."""
+"""In what obstore says of a request that was sent, and and it is unknown whether it was done."""
 _WAITS_S = (0.1, 0.3, 1.0, 3.0)
 """Before each further try of a conditional write that was not answered, which obstore itself does not repeat."""
 
 
 class _UnansweredError(StoreError):
-    """Nobody knows whether what was asked for was done."""
+    """No one knows whether what was asked for was done."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +162,7 @@ class Version:
 
     @property
     def mark(self) -> str:
-        """What tells this version from any other of the same object."""
+        """Identifies this version of the object."""
         return self.number or self.e_tag or ""
 
 
@@ -158,7 +173,7 @@ class Stored:
     data: bytes
     version: Version
     notes: Mapping[str, str]
-    """What was kept beside it by whoever put it."""
+    """What was stored with it by the program that put it."""
 
 
 @dataclass(frozen=True, order=True)
@@ -211,7 +226,7 @@ class Store:
         return connection_to(_split(self.address)[0])
 
     def _path(self, name: str) -> str:
-        """Where an object stands in the bucket."""
+        """The name of an object in the bucket."""
         return "/".join(part for part in (_split(self.address)[1], name) if part)
 
     def _name(self, path: str) -> str:
@@ -270,8 +285,8 @@ class Store:
     ) -> Version:
         """Replace the version ``before`` of an object, or create it where that is None.
 
-        Where another version is there that holds just this, it is taken for that of a try whose answer was lost. Raises
-        StoreConflictError where it holds something else.
+        Where another version is there that contains just this, it is taken for that of a try whose answer was lost.
+        Raises StoreConflictError where it contains something else.
         """
         there_now = {} if before is None else {"e_tag": before.e_tag, "version": before.number}
         mode = {key: value for key, value in there_now.items() if value is not None} or "create"
@@ -297,7 +312,9 @@ class Store:
             return _version(obstore().put(self._bucket, path, content, attributes=dict(notes or {}), **options))
         except store_errors() as error:
             if type(error).__name__ in ("AlreadyExistsError", "PreconditionError"):
-                raise StoreConflictError(f"{self.address}/{name}: another program has written it meanwhile") from None
+                raise StoreConflictError(
+                    f"{self.address}/{name}: another program wrote it during this run; run the same command again"
+                ) from None
             raise self._error(name, "written", error) from None
 
     def list(self, folder: str = "") -> Iterator[Listed]:

@@ -1,9 +1,9 @@
 """Folders that may lie in an object store or on this machine, so that commands need not ask where.
 
 :class:`FolderStore` reads and writes a folder of this machine as :class:`~vislam2tag.common.files.store.Store` does one
-in a store. The other way round, a folder in a store is one of this machine for as long as a command needs it: what is
-read as a whole is fetched (:func:`folder_at_hand`), what is made as a whole is put back when it is done
-(:func:`folder_to_fill`); of what is read one session at a time only the names are there (:func:`outline_at_hand`).
+in a store. The other way round, a folder in a store is one of this machine for as long as a command needs it. What is
+read as a whole is fetched (:func:`folder_at_hand`). What is made as a whole is put back when it is done
+(:func:`folder_to_fill`). Of what is read one session at a time, only the names are there (:func:`outline_at_hand`).
 """
 
 from __future__ import annotations
@@ -94,7 +94,9 @@ class FolderStore:
             with FileLock(self._folder.without_links(_LOCK), timeout=_WAIT_S):
                 found = self.get(name)
                 if (None if found is None else found.version) != before:
-                    raise StoreConflictError(f"{self.root / name}: another program has written it meanwhile")
+                    raise StoreConflictError(
+                        f"{self.root / name}: another program wrote it during this run; run the same command again"
+                    )
                 self.put(name, content)
         except Timeout as error:
             raise StoreError(f"{self.root}: another program is writing there; wait for it") from error
@@ -167,8 +169,8 @@ def folder_at_hand(folder: Path) -> Iterator[Path]:
         wanted = {} if mark is None else _files_and_changes(mark.data)[0]
         if wanted is None or not wanted.items() <= sums.items():
             raise StoreError(
-                f"{store.address}: is not whole: it is being written, writing was cut short, or a file was changed "
-                "since; run the command that makes it again"
+                f"{store.address}: is incomplete: another program is writing it, writing was interrupted, or a file "
+                "was changed; run the command that makes it again"
             )
         yield here
 
@@ -301,7 +303,7 @@ def _fetch(store: Store, here: Path) -> dict[str, str]:
 
 
 def _fetch_file(address: str, here: Path) -> bool:
-    """Fetch the one object that has this address; tell whether there is one."""
+    """Fetch the one object that has this address; return whether there is one."""
     folder, _, name = address.rpartition("/")
     return not folder.endswith("/") and Store(folder).fetch(name, Folder(here.parent), here.name) is not None
 
@@ -325,7 +327,8 @@ def _put_whole(
     stale: Set[str],
     mark: Version | None,
 ) -> None:
-    """Let what is stored become what is here: whoever reads it meanwhile, or after a crash, sees that it is not yet.
+    """Make the stored folder equal to this one; a reader during the update, or after a crash, sees that it is
+    incomplete.
 
     Of what is stored and not here, only files of ``before`` and ``stale`` ones go: others may be the user's. Records of
     own files come first, so that a crash leaves none that no record names.
@@ -343,7 +346,7 @@ def _put_whole(
         store.put_over(MARK, json.dumps({"files": after}, sort_keys=True).encode(), begun)
     except StoreConflictError as error:
         raise StoreConflictError(
-            f"{store.address}: another program writes there, too; run the same command again when it has ended"
+            f"{store.address}: another program is writing there; run the same command again when it has finished"
         ) from error
 
 
@@ -359,7 +362,7 @@ def _files_and_changes(mark: bytes) -> tuple[dict[str, str] | None, set[str] | N
 
 
 def _sums(here: Path) -> dict[str, str]:
-    """The SHA-256 of each file of a folder but for hidden ones, which are not stored."""
+    """The SHA-256 of each file of a folder except for hidden ones, which are not stored."""
     files = ((path.relative_to(here).as_posix(), path) for path in here.rglob("*") if path.is_file())
     return {name: _sha256(path) for name, path in files if is_safe_name(name)}
 

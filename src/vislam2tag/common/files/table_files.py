@@ -25,7 +25,7 @@ DataType: TypeAlias = pl.DataType | type[pl.DataType]
 def scan_parquet(paths: Path | Iterable[Path]) -> pl.LazyFrame:
     """Scan a Parquet file, or several with the same columns one after the other.
 
-    Raises OSError where one cannot be opened, is no plain file, or its footer is damaged.
+    Raises OSError where one cannot be opened, is not a plain file, or its footer is damaged.
     """
     files = [paths] if isinstance(paths, Path) else paths
     return pl.scan_parquet([_parquet_to_read(path) for path in files], glob=False, hive_partitioning=False)
@@ -50,7 +50,7 @@ def _read_whole(source: Path | io.BytesIO, name: str) -> pl.DataFrame:
 
 
 def parquet_bytes(table: pl.DataFrame) -> bytes:
-    """The content of a Parquet file that holds a table."""
+    """The content of a Parquet file that contains a table."""
     buffer = io.BytesIO()
     table.write_parquet(buffer)
     return buffer.getvalue()
@@ -132,12 +132,12 @@ def _refuse_lone_quote(end: bytes, quote_char: str | None = '"', separator: str 
     """Raise ComputeError where a table's last field is a quote and nothing more: Polars' parser panics over that."""
     quote = (quote_char or "").encode()
     if quote and end.endswith(quote) and end.removesuffix(quote) in (b"", b"\n", b"\r", separator.encode()):
-        raise pl.exceptions.ComputeError("its last field is an open quote")
+        raise pl.exceptions.ComputeError("a quote in its last field is not closed")
 
 
 def _to_read(path: Path) -> Path:
     if not stat.S_ISREG(path.stat().st_mode):
-        raise OSError(errno.EINVAL, "not a plain file", str(path))
+        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
     return _absolute(path)
 
 

@@ -17,9 +17,9 @@ from vislam2tag.common.files.given_files import read_toml_values
 Made = TypeVar("Made", bound=BaseModel)
 
 _WORDING = {
-    "extra_forbidden": "not known, look for a typing error",
+    "extra_forbidden": "unknown name, check the spelling",
     "missing": "missing",
-    "tuple_type": "each entry starts with its name in double brackets",
+    "tuple_type": "each entry must start with its name in double brackets",
 }
 """Our words for the mistakes that the validator describes in a programmer's."""
 
@@ -39,7 +39,7 @@ def read_toml(path: Path, record: type[Made]) -> Made:
     except ValidationError as error:
         raise SurveyError(f"{path}: {first_problem(error)}") from error
     except ValueError as error:
-        raise SurveyError(f"{path}: not a TOML file: {error}; correct or remove it") from error
+        raise SurveyError(f"{path}: the file is not valid TOML: {error}; correct or remove it") from error
 
 
 def first_problem(error: ValidationError) -> str:
@@ -51,7 +51,8 @@ def first_problem(error: ValidationError) -> str:
 
 
 def _place(loc: Sequence[int | str], is_list: bool) -> str:
-    """Name an entry as the file spells it: ``[[floors]] number 2, plan, points 1``; ``is_list``: it holds several."""
+    """Name an entry as the file spells it: ``[[floors]] number 2, plan, points 1``; ``is_list``: it contains
+    several."""
     if not loc:
         return ""
     head, rest = loc[0], loc[1:]
@@ -78,7 +79,7 @@ def toml_value(value: object) -> str:
         return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, dt.date):
         return value.isoformat()
-    # Strings are JSON's, but for U+007F.
+    # Strings are JSON's, except for U+007F.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 

@@ -81,7 +81,7 @@ def whole_folder(target: Path, replaceable: Callable[[Path], bool], option: str 
             cause = (error.strerror if isinstance(error, OSError) else None) or first_line(error)
             advice = f"free space or choose another {option}"
             if isinstance(error, pl.exceptions.PolarsError):
-                advice += ", or look whether what it is made of is damaged"
+                advice += ", or check whether its input is damaged"
             raise OutputError(f"{target}: cannot be written ({cause}); {advice}") from error
 
 
@@ -112,7 +112,7 @@ def exclusive_writer(target: Path, option: str = "--out") -> Iterator[Folder]:
     try:
         work.make()
     except OSError as error:
-        raise OutputError(f"{target}: cannot be made ({error.strerror}); choose another {option}") from error
+        raise OutputError(f"{target}: cannot be created ({error.strerror}); choose another {option}") from error
     refusal = f"{target}: another command is writing there; wait for it or choose another {option}"
     try:
         with only_one(work, _LOCK, refusal):
@@ -144,7 +144,9 @@ def _tidy(work: Folder, place: Path) -> None:
                 work.move(_OLD, Folder(place.parent), place.name)
     except OSError as error:
         old = work / _OLD
-        raise OutputError(f"{place}: cannot be restored ({error.strerror}); it is in {old}, move it back") from error
+        raise OutputError(
+            f"{place}: cannot be restored ({error.strerror}); its files are in {old}: move them back"
+        ) from error
     _clear(work, (_REPLACED,))
 
 
@@ -160,7 +162,7 @@ def _refuse_foreign(target: Path, replaceable: Callable[[Path], bool], option: s
     if not target.is_dir():
         return
     if target.resolve() in (Path.cwd(), *Path.cwd().parents):
-        raise OutputError(f"{target}: is the folder you are in, which cannot be replaced; choose another {option}")
+        raise OutputError(f"{target}: is the current folder, which cannot be replaced; choose another {option}")
     if any(target.iterdir()):
         if not replaceable(target):
             raise OutputError(
@@ -198,6 +200,6 @@ def _keep_others(old: Path, own: OwnFiles, new: Folder, target: Path) -> None:
             there = (new / name).lstat()
             if (there.st_dev, there.st_ino) != ((old / name).lstat().st_dev, (old / name).lstat().st_ino):
                 raise OutputError(
-                    f"{target / name}: was not written by this command, which now has a file of this name to write; "
-                    "move yours away and run it again"
+                    f"{target / name}: was not written by this command, which needs to write a file of this name; "
+                    "move yours elsewhere and run the command again"
                 ) from None

@@ -2,10 +2,11 @@
 
 Demands are rows: of each row's stations one at least has a landmark. *Spacing*: a walk goes along the corridors and
 turns round only where a corridor ends. Whenever it has gone ``spacing_m`` since a landmark it has passed another one.
-Walks that are longer without a landmark hold a window of that length that begins just after a station, an end of a
-corridor, or an open area, so that a row for each such window says the same of all walks. *Turns*: between two critical
-turns (junctions, corners, dead ends, mouths of open areas) that are not close together lies a landmark. *Open areas*
-have a landmark within half the spacing of each of their places.
+Walks that are longer without a landmark contain a window of that length that begins just after a station, an end of a
+corridor, or an open area. So a row for each such window covers all walks.
+
+*Turns*: Between two critical turns (junctions, corners, dead ends, mouths of open areas) that are not close together
+is a landmark. *Open areas* have a landmark within half the spacing of each of their places.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def cover(
 ) -> Cover:
     """Choose the fewest stations, the ``fixed`` (s,) among them, so that each row has one.
 
-    Only ``allowed`` (s,) stations count; each row holds some of them.
+    Only ``allowed`` (s,) stations count; each row contains some of them.
     ``more_rows`` gives the further rows that a choice (s,) breaks; they are added and the search goes on. Rows that
     were left out can only make the bound lower, so that it holds for all.
     """
@@ -73,7 +74,7 @@ def cover(
 
 
 def row_matrix(rows: Sequence[StationSet], count: int) -> csr_array:
-    """(rows, stations) ones where a row holds a station."""
+    """(rows, stations) ones where a row contains a station."""
     columns = [sorted(row) for row in rows]
     pointer = np.concatenate(([0], np.cumsum([len(row) for row in columns]))).astype(np.int64)
     index = np.array([station for row in columns for station in row], dtype=np.int64)
@@ -109,7 +110,7 @@ def time_out(status: int, message: str) -> bool:
 
 
 def _greedy(matrix: csr_array, fixed: BoolArray) -> BoolArray:
-    """Take the station that most open rows hold, again and again: mask (s,) with the ``fixed`` (s,)."""
+    """Take the station that most open rows contain, again and again: mask (s,) with the ``fixed`` (s,)."""
     chosen = fixed.copy()
     open_rows: FloatArray = np.asarray((matrix @ chosen.astype(np.float64)) < 0.5, dtype=np.float64)
     turned = csr_array(matrix.T)
@@ -325,7 +326,7 @@ def _shortest_edges(length: FloatArray, first: IntArray, second: IntArray, size:
 
 
 def without_supersets(rows: list[StationSet]) -> tuple[StationSet, ...]:
-    """Leave out rows that hold another one: they say nothing more. Keeps the order."""
+    """Leave out rows that contain another one: they say nothing more. Keeps the order."""
     unique = list(dict.fromkeys(rows))
     by_station: dict[int, list[int]] = {}
     kept: set[int] = set()

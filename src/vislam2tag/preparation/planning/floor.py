@@ -47,9 +47,9 @@ from vislam2tag.site.walkable.space import WalkableSpace
 
 STEPS = ("places", "demands", "fewest landmarks", "walls", "tour", "prediction", "further landmarks")
 FIXED_REACH_M = 5.0
-"""A fixed landmark farther off every corridor than this is passed by nobody."""
+"""A fixed landmark further off every corridor than this is passed by no one."""
 OUTSIDE_M = 1.0
-"""A fixed landmark farther off the walkable space than this hangs in another building."""
+"""A fixed landmark further off the walkable space than this hangs in another building."""
 FIXED_PASS_M = 0.6
 TRIED = 60
 """Landmarks move to where they help most on so many walks; what to expect is estimated on others."""
@@ -147,7 +147,7 @@ class FloorDesign(FloorCandidates):
 
     @cached_property
     def line_deviations_m(self) -> FloatArray:
-        """(l,) how far each landmark's neighbourhood lies off one line; those at stations, fixed ones last."""
+        """(l,) how far each landmark's neighbourhood is off one line; those at stations, fixed ones last."""
         distance_m = walking_distances(self.corridors, self.stations)  # not kept: it grows with the square of the floor
         return line_deviations_m(self.landmarks.position, self.station_of(self.place), distance_m)
 
@@ -171,7 +171,7 @@ def plan_floor(
 ) -> FloorDesign:
     """Plan one floor; ``progress`` hears the name of each of :data:`STEPS` when it begins.
 
-    Raises SurveyError where the floor has no corridor or no wall for a sheet, or a fixed landmark lies outside of it.
+    Raises SurveyError where the floor has no corridor or no wall for a sheet, or a fixed landmark is outside of it.
     """
     _check_inside(space, constraints)
     progress(STEPS[0], len(STEPS))
@@ -212,7 +212,7 @@ def _candidates(
     """Find where landmarks can be; raises SurveyError where they can be nowhere."""
     corridors = corridors_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
     if not len(corridors.lines):
-        raise SurveyError("has no way to walk; check its plan and scale (vislam2tag site show)")
+        raise SurveyError("has no walkable path; check its plan and scale (vislam2tag site show)")
     stations = stations_along(corridors, settings.step_m)
     places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
     fixed_station = _stations_of(space, stations, constraints.fixed)
@@ -257,8 +257,8 @@ def _check_inside(space: WalkableSpace, constraints: FloorConstraints) -> None:
         if not space.inside(place + ring).any():
             x, y = place.tolist()
             raise SurveyError(
-                f"landmark {name} at ({x:.2f}, {y:.2f}) lies more than {OUTSIDE_M:g} m outside the walkable space; "
-                "correct its position or the plan, or leave fixed landmarks out (--anew)"
+                f"landmark {name} at ({x:.2f}, {y:.2f}) is more than {OUTSIDE_M:g} m outside the walkable space; "
+                "correct its position or the plan, or ignore existing landmarks with `--anew`"
             )
 
 
@@ -294,7 +294,7 @@ _KEPT = 5000
 
 
 class ChangedPlan:
-    """Other choices of a plan's places. Only walks that pass other landmarks than before are solved anew."""
+    """Other choices of a plan's places. Only walks that pass other landmarks than before are solved again."""
 
     def __init__(self, design: FloorDesign, graph: CorridorGraph) -> None:
         """``graph`` is the one that the design was made with."""
@@ -311,7 +311,7 @@ class ChangedPlan:
         return int(np.argmin(away))
 
     def expectation(self, place: IntArray) -> FloorDesign:
-        """The plan with landmarks at places (m,) besides the fixed ones, but for tour and further landmarks."""
+        """The plan with landmarks at places (m,) besides the fixed ones, except for tour and further landmarks."""
         landmarks, station = self.design.landmarks_at(place), self.design.station_of(place)
         found = [
             self._labels(number, landmarks.take(np.flatnonzero(passing[station])))

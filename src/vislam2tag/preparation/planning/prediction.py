@@ -1,8 +1,8 @@
 """The label sigma to expect: typical walks past the planned landmarks, solved by the smoother's own equations.
 
-Nothing is drawn at random about a walk but its route: its passes follow from the landmarks, and the covariance of every
-frame from :mod:`vislam2tag.core` as for a real session, at the usual noise of phones. Only what no equation knows
-before a walk is measured once in the simulator: how much a phone turns in walking and to look at a sheet.
+Only the route of a walk is drawn at random. Its passes follow from the landmarks, and the covariance of every frame
+from :mod:`vislam2tag.core` as for a real session, at the usual noise of phones. Only what no equation knows before a
+walk is measured once in the simulator: how much a phone turns in walking and to look at a sheet.
 
 ``WalkCosts`` is quick enough to try many sets of landmarks. Between two passes a label's variance depends on the way
 between them, before the first and after the last on the way to it. Both are tabulated once from straight walks; the
@@ -103,7 +103,7 @@ def smoothed_walk(path: FloatArray, sheets: PassedLandmarks, survey_sigma_m: flo
     priors.covariance[:] = np.eye(2) * survey_sigma_m**2
     plane = as_complex(path)
     model = Model(observations, plane, np.ones_like(plane), rough=False)
-    # A pass tells two numbers, of which the walk itself takes about one: the rest tells the level of sightings.
+    # A pass gives two numbers, and the walk itself takes about one: the rest determines the level of sightings.
     noise = replace(USUAL, sighting_observations=float(len(at)))
     even = VarianceFactors.even(noise, len(at), len(sheets.position))
     return SolvedWalk.of(LinearWalk(model, priors, equivalent_variances(model, even)))
@@ -187,7 +187,7 @@ def mean_error_m(expected: Sequence[ExpectedLabels]) -> float:
 
 
 GAPS_M = (1.0, 2.0, 4.0, 7.0, 11.0, 16.0, 22.0, 30.0, 45.0, 70.0, 110.0)
-"""Gaps for which the model is solved; the cost of others lies between them."""
+"""Gaps for which the model is solved; the cost of others is between them."""
 PASSES = 5
 """Passes of a tabulated walk."""
 STEP_M = 0.1

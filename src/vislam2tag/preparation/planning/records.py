@@ -87,7 +87,7 @@ class FloorPlanRecord(Record):
     landmarks: tuple[PlannedLandmark, ...]
     fixed: tuple[str, ...]
     not_passed: tuple[str, ...]
-    """Fixed landmarks that hang beside no corridor: nobody passes them."""
+    """Fixed landmarks that hang beside no corridor: no one passes them."""
     number: int
     """New landmarks and the fixed ones, as far as they are passed."""
     bound: int
@@ -206,8 +206,8 @@ def _unmet(
     here, there = (f"({x:.1f}, {y:.1f})" for x, y in (start, stop))
     if kind == "spacing":
         message = (
-            f"from {here} one can walk {length_m:.0f} m without a wall for a sheet; put up a stand there, allow walls "
-            f"or larger sheets (--paper), or take a --spacing-m above {settings.spacing_m:g} m"
+            f"from {here} a walk of {length_m:.0f} m passes no wall for a sheet; put up a stand there, allow larger "
+            f"sheets (--paper), or use a --spacing-m above {settings.spacing_m:g} m"
         )
     elif kind == "turn":
         message = f"between the turns at {here} and {there} there is no wall for a sheet; put up a stand there"
@@ -242,7 +242,7 @@ def read_forbidden(path: Path) -> dict[int, FloatArray]:
     """
     table = readable_table(path.parent, path, f"; expected {','.join(FORBIDDEN_HEADER)}")
     if not set(FORBIDDEN_HEADER) <= set(table.header):
-        raise SurveyError(f"{path}: the first line must be: {','.join(FORBIDDEN_HEADER)}")
+        raise SurveyError(f"{path}: the first line must be {','.join(FORBIDDEN_HEADER)}")
     found: dict[int, list[list[float]]] = {}
     for line, fields in table.rows:
         try:
@@ -260,7 +260,7 @@ MARKER_COLUMNS = ("id", "x", "y", "z", "sigma_m", "heading_rad", "heading_sigma_
 
 
 def marker_text(text: str, landmarks: Sequence[PlannedLandmark]) -> str:
-    """Text of a floor's ``marker_dict.csv`` with further rows; columns that it lacks are added to its header.
+    """Text of a floor's ``marker_dict.csv`` with further rows; missing columns are added to its header.
 
     ``text`` is empty where there is no file yet.
     """

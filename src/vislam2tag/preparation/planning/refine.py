@@ -46,7 +46,7 @@ from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances
 
 REACH_M = 20.0
-"""A landmark is tried on stations no farther off than this."""
+"""A landmark is tried on stations no further off than this."""
 ROUNDS = 8
 """Most rounds over all landmarks; it ends before where none moves any more."""
 LEAST_GAIN = 1e-9
@@ -95,7 +95,7 @@ def improve_stations(
 
 
 def _rows_of(held: csr_array, station: int) -> IntArray:
-    """Indices (r,) of the rows that hold a station."""
+    """Indices (r,) of the rows that contain a station."""
     return np.asarray(held.indices[held.indptr[station] : held.indptr[station + 1]])
 
 
@@ -134,7 +134,7 @@ def line_deviations_m(position: FloatArray, station: IntArray, distance_m: Float
 def choose_walls(
     station: IntArray, places: SheetPlaces, held: FloatArray, held_station: IntArray, distance_m: FloatArray
 ) -> IntArray:
-    """One place (m,) for each station (m,), so that no neighbourhood lies on one line.
+    """One place (m,) for each station (m,), so that no neighbourhood is on one line.
 
     ``held`` (h, 2) are positions of fixed landmarks at the stations ``held_station`` (h,), which count as neighbours.
     Of walls that spread alike the one that is longer in view counts, then the smaller sheet.
@@ -239,7 +239,7 @@ CLASS_M = 5.0
 
 @dataclass(frozen=True)
 class SigmaMap:
-    """``sigma_m`` (rows, columns) per axis, NaN where nobody walks."""
+    """``sigma_m`` (rows, columns) per axis, NaN where no one walks."""
 
     grid: CellGrid
     sigma_m: FloatArray
@@ -256,7 +256,7 @@ class DistanceClass(Record):
 
 
 def sigma_map(space: WalkableSpace, expected: Sequence[ExpectedLabels]) -> SigmaMap:
-    """Gather the variances of all walks in cells. What lies beside the walks takes its neighbours' values, not through
+    """Gather the variances of all walks in cells. What is beside the walks takes its neighbours' values, not through
     walls: the inner end of a deep room has the value of the place from which one goes there.
     """
     left, right, low, high = space.area.grid.extent_m

@@ -14,7 +14,7 @@ Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 FILLED = 0.25
 """A sheet is recognised at first where its image fills this share of the picture (ARCore)."""
 ASIDE_M = 0.75
-"""Who passes a sheet holds the phone this far aside of the middle of the way without a detour, metres ..."""
+"""Who passes a sheet holds the phone this far from the middle of the way without a detour, metres ..."""
 DETOUR_M = 3.6
 """... and this far at most, where the largest sheet asks for it: that is half of the widest corridor, metres."""
 
@@ -26,11 +26,11 @@ class CameraSettings(SettingsRecord):
     field_of_view_rad: tuple[Angle, Angle] = (1.1694, 0.925)
     """Along the longer and the shorter side of the picture: a lens of 26 mm equivalent, 67 x 53 degrees."""
     nearest_m: float = Field(default=0.3, gt=0)
-    """Nobody holds the phone nearer to a wall than this in passing, metres."""
+    """No one holds the phone closer to a wall than this in passing, metres."""
     range_m: float = Field(default=3.0, gt=0)
-    """Farther off a sheet is not seen while one walks, metres."""
+    """Further off a sheet is not seen while one walks, metres."""
     angle_rad: float = Field(default=1.05, gt=0, lt=1.57)
-    """Nor from more aside of its normal than this, rad."""
+    """Nor from a larger angle to its normal than this, rad."""
 
     def fill_distance_m(self, size: SheetSize) -> float:
         """Distance from which the square image of a sheet just fills its share of the picture, metres."""
@@ -57,9 +57,9 @@ class PlanSettings(SettingsRecord):
 
     removed = frozenset(("flat_m", "gap", "margin_m", "nodes", "off_turn_m"))
     spacing_m: float = Field(default=15.0, ge=2, le=1000)
-    """No walk leads farther than this without passing a landmark, metres."""
+    """No walk leads further than this without passing a landmark, metres."""
     short_m: float = Field(default=3.0, ge=0)
-    """Turns nearer to each other than this count as one: no landmark is asked for between them, metres."""
+    """Turns closer to each other than this count as one: no landmark is asked for between them, metres."""
     turn_rad: float = Field(default=0.6, gt=0, lt=3.14)
     """A way that changes its direction by more than this makes a critical turn, rad."""
     rooms: bool = False

@@ -1,8 +1,8 @@
 """Where sheets may hang: flat stretches of wall that who passes on a corridor faces, near enough, for long enough.
 
 Beside each *station*, a point of a corridor, lines are cast to the walls on both sides, and ahead where the corridor
-ends. A wall counts where it is flat over a sheet and a margin on both sides (off doors and corners), where the sheet is
-in view over enough of the corridor, and where some sheet fills its share of the picture from where one passes.
+ends. A wall counts if it is flat over a sheet and a margin on both sides (away from doors and corners). The sheet must
+be in view over enough of the corridor, and some sheet must fill its share of the picture for a passing phone.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ _AT_ONCE = 2_000_000
 LOOK_STEP_M = 0.25
 """Views along the corridor are tried this densely ..."""
 LOOK_FROM_M = 1.5
-"""... from the middle of the corridor, or from so far off the wall where it is farther."""
+"""... from the middle of the corridor, or from so far off the wall where it is further."""
 MARGIN_M = 0.5
 """The wall is flat this far on both sides of a sheet's middle: off doors and corners, metres."""
 FLAT_M = 0.12
 """A wall that is uneven by less than this is flat, metres."""
 OFF_TURN_M = 1.0
-"""No sheet nearer to a turn than this: who turns would not see it in time, metres."""
+"""No sheet closer to a turn than this: who turns would not see it in time, metres."""
 STEEPEST = 0.4
 """Greatest slope of a wall against the corridor beside it: a passer-by faces it."""
 OFF_DOOR_M = 0.9
-"""No sheet nearer to a door's middle than this."""
+"""No sheet closer to a door's middle than this."""
 HALL_REACH_M = 8.0
 """In open areas people walk along the walls as well: a sheet may hang this far off the net of corridors."""
 
@@ -51,7 +51,7 @@ class Stations:
 @dataclass(frozen=True)
 class SheetPlaces:
     """``p`` places for sheets: ``station`` (p,), ``position`` (p, 2) on the wall, ``normal`` (p, 2) out of it,
-    ``line_m`` (p,) from the middle of the corridor, ``visible_m`` (p,) of the corridor from which the sheet can be
+    ``line_m`` (p,) from the middle of the corridor. ``visible_m`` (p,) of the corridor from which the sheet can be
     seen, ``pass_m`` (p,) distance in passing, ``sheet`` (p) size of paper.
     """
 
@@ -182,7 +182,7 @@ def _flat_walls(
 ) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
     """Where each line meets a wall (k, 2), the wall's normal (k, 2), the distance (k,), and whether it is flat there.
 
-    Three lines beside each other tell: through the sheet's middle and a margin to both sides.
+    Three lines beside each other show it: through the sheet's middle and a margin to both sides.
     """
     beside = np.column_stack((-cast.towards[:, 1], cast.towards[:, 0])) * MARGIN_M
     greatest = float(reach_m.max(initial=0.0)) + MARGIN_M
@@ -201,7 +201,7 @@ def _flat_walls(
 
 
 def _off_turns(corridors: Corridors, stations: Stations, cast: _Casts) -> BoolArray:
-    """Tell (k,) what is far enough off turns along the corridor; what hangs ahead at a dead end is seen all along."""
+    """Return (k,) what is far enough off turns along the corridor; what hangs ahead at a dead end is seen all along."""
     offset, corridor = stations.offset_m[cast.station], stations.corridor[cast.station]
     leaving = np.array([len(halves) for halves in corridors.leaving])
     turns = (leaving > 1) & ~corridors.is_open
@@ -211,7 +211,7 @@ def _off_turns(corridors: Corridors, stations: Stations, cast: _Casts) -> BoolAr
 
 
 def _allowed(position: FloatArray, doors: FloatArray, forbidden: FloatArray | None) -> BoolArray:
-    """Tell (k,) which places lie off doors and outside the forbidden rectangles."""
+    """Return (k,) which places lie off doors and outside the forbidden rectangles."""
     fine = np.ones(len(position), dtype=np.bool_)
     for door in doors:
         fine &= np.linalg.norm(position - door, axis=1) > OFF_DOOR_M
@@ -230,7 +230,7 @@ def _visible(
     normal: FloatArray,
     camera: CameraSettings,
 ) -> FloatArray:
-    """Length (p,) of the corridor about each station from which the sheet is seen; nobody looks from far off."""
+    """Length (p,) of the corridor about each station from which the sheet is seen; no one looks from far off."""
     steps = np.arange(-camera.range_m, camera.range_m + 1e-9, LOOK_STEP_M)
     corridor = stations.corridor[station]
     offset = stations.offset_m[station][:, None] + steps

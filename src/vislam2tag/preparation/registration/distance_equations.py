@@ -53,7 +53,7 @@ class Equation:
         return (offset / abs(offset), abs(offset)) if offset else (1 + 0j, 0.0)
 
     def beyond(self, places: PlaceByPoint) -> bool:
-        """Whether the foot of the distance lies beyond the wall."""
+        """Whether the foot of the distance is beyond the wall."""
         if self.wall is None or self.wall.stop is None:
             return False
         along = self.wall.stop - self.wall.start

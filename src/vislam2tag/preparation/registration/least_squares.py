@@ -1,13 +1,13 @@
 """Least squares with what surveyors ask of it: redundancy, sigma0, tests of single measurements, gross errors.
 
 Everything is whitened: a residual is in units of its own standard deviation. With A the design and e the residuals of
-the estimate, ``N = I - A (A'A)^-1 A'`` gives the residuals of any other measurement as ``N f``; so the sum of squares
+the estimate, ``N = I - A (A'A)^-1 A'`` gives the residuals of any other measurement as ``N f``. So the sum of squares
 after any change D of the measurements is known without a new adjustment (Baarda 1968; Teunissen, Testing Theory).
 
 Which measurement is wrong, and how (left out, interchanged with another, mistyped): every hypothesis is judged by the
 sum of squares that it leaves, plus what it costs to believe. Leaving a measurement out lets it be anything within
 :data:`RANGE_M` (Occam's factor), a certain other value is one of as many as could have been. Hypotheses that are as
-good as the best cannot be told apart, and all are reported.
+good as the best cannot be distinguished, and all are reported.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def adjust(design: FloatArray, residual: FloatArray, each: int = 1) -> tuple[Flo
     orthogonal, triangular = qr(design / scale, mode="economic")
     pivots = np.abs(np.diag(triangular))
     if not pivots.min(initial=1.0) > SINGULAR * pivots.max(initial=1.0):
-        raise SingularError("the measurements leave something undetermined")
+        raise SingularError("the measurements do not determine all unknowns")
     projected = orthogonal.T @ residual
     step = solve_triangular(triangular, projected) / scale
     root = solve_triangular(triangular, np.eye(len(scale))) / scale[:, None]
@@ -148,7 +148,7 @@ RANGE_M = 10.0
 LEAST_TYPED_M = 0.09
 """Exchanged digits that change less would fit any small error."""
 AMBIGUOUS = 6.0
-"""Hypotheses whose scores differ by less (likelihoods by less than twentyfold) cannot be told apart."""
+"""Hypotheses whose scores differ by less (likelihoods by less than twentyfold) cannot be distinguished."""
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,9 @@ class NameRules:
             ("ties", self.ties),
         ):
             if pattern.count("*") != 1:
-                raise UsageError(f"--{option} '{pattern}': one * must stand for the id, such as LM*")
+                raise UsageError(
+                    f"--{option} '{pattern}': the pattern must contain one * in place of the id, such as LM*"
+                )
 
     def key(self, name: str) -> str:
         """The one name of a point however a file spells it: ``7``, ``7_L``, ``control point 3``, ``tie TP1``.
@@ -97,7 +99,7 @@ def _matched(pattern: str, name: str) -> str | None:
 
 
 FAR_M = 1.0
-"""A landmark farther than this from where the site has it hangs elsewhere."""
+"""A landmark further than this from where the site has it hangs elsewhere."""
 MIN_NAMES = 3
 MIN_SHARE = 0.8
 
@@ -122,14 +124,14 @@ def id_findings(
     shift = _shift(placed, expected)
     if shift:
         message = (
-            f"the ids seem to be shifted: the landmarks measured lie where the site has those with ids {shift:+d}; "
+            f"the ids seem to be shifted: the measured landmarks are where the site has those with ids {shift:+d}; "
             "correct the names in the station's file, or the ids in marker_dict.csv"
         )
         return [_finding("shifted_ids", len(placed), message)]
     names = tuple(placed) or tuple(ties)
     if not table.ids or not names:
         return []
-    found = compare_ids(table.ids, names, (f"the landmark table of floor {table.floor}", "what was measured"))
+    found = compare_ids(table.ids, names, (f"the landmark table of floor {table.floor}", "the measurement"))
     if not found.differ or not _concerns_the_table(found, table, placed, expected):
         return []
     waiting = f"; {len(table.planned)} landmarks of the table stay planned and are not used" if table.planned else ""
@@ -179,6 +181,6 @@ def _cure(found: IdComparison) -> str:
         if ours in theirs:
             return f"Register again with --landmark-names '{theirs.replace(ours, '*', 1)}'"
     return (
-        "Give the points the ids of the table, by --landmark-names or in the station's file; if they are further "
-        "landmarks, add rows with their ids to marker_dict.csv first"
+        "Use the ids of the table, with --landmark-names or in the station's file; if these are additional "
+        "landmarks, first add rows with their ids to marker_dict.csv"
     )

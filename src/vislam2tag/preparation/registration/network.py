@@ -1,10 +1,10 @@
 """Stations and points, adjusted together: every shot of every station, every known point; heights likewise.
 
-Each station's frame lies in the building by a turn and a shift (Helmert transformation of scale 1; one scale common to
+Each station's frame is in the building by a turn and a shift (Helmert transformation of scale 1; one scale common to
 all stations where that is asked for). A shot says ``place = centre + m e^(i turn) (shot - mean shot)`` with equal
 standard deviation in all directions, so its error may be taken in the building as well as in the station's frame. Known
 points are measurements of themselves. Angles, shifts and places are estimated at once, so points that several stations
-shot tie the stations together. In height each station's frame lies above the building's by one number.
+shot tie the stations together. In height each station's frame is above the building's by one number.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vislam2tag.preparation.registration.names import point_label
 
 ROUNDS = 15
 SMALL_M = 1e-7
-"""A step that moves nothing farther ends the iteration."""
+"""A step that moves nothing further ends the iteration."""
 
 
 KNOWN = ""
@@ -114,7 +114,7 @@ def adjust_plane(
         moved_m = state.move(step) if rounds > 1 else 0.0
         if moved_m < SMALL_M:
             return state.fit(adjusted)
-    raise SingularError("the adjustment does not settle")
+    raise SingularError("the adjustment does not converge")
 
 
 class _State:
@@ -200,7 +200,7 @@ class HeightFit:
     heights: dict[str, tuple[float, float]]
     errors: tuple[str, ...]
     untied: tuple[str, ...]
-    """Stations whose height nothing tells."""
+    """Stations of unknown height."""
 
 
 def adjust_heights(measured: Sequence[Measurement], sigma_m: float) -> HeightFit:
@@ -219,7 +219,8 @@ def adjust_heights(measured: Sequence[Measurement], sigma_m: float) -> HeightFit
         wrong = sorted(i for one in found for i in one.measurements)
         names = listed([good[i].height_label for i in wrong])
         errors.append(
-            f"{names} {'is off' if len(wrong) == 1 else 'contradict each other (nothing tells which is off)'}"
+            f"{names} "
+            f"{'is wrong' if len(wrong) == 1 else 'contradict each other (it cannot be determined which is wrong)'}"
         )
         good, further = _tied_to_known([one for i, one in enumerate(good) if i not in wrong])
         untied += further

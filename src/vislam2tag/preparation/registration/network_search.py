@@ -1,6 +1,6 @@
 """The plane network, whatever gross errors the points have: rough frames of all stations, errors found and left out.
 
-Two common points at a time say how one frame lies in another; what most other common points agree with is taken
+Two common points at a time say how one frame is in another; what most other common points agree with is taken
 (exhaustive consensus, after Fischler and Bolles 1981). Frames are joined in the order of their agreement, so a station
 without a known point of its own follows through the points that it shares with others.
 """
@@ -36,16 +36,16 @@ from vislam2tag.preparation.registration.network import KNOWN, Measurement, Plan
 BUILDING = "the building"
 """Name of the frame of the known points."""
 MOST_PAIRS = 3000
-"""Pairs of common points tried, the farthest apart first."""
+"""Pairs of common points tried, the furthest apart first."""
 MOST_INTERCHANGED = 12
 """Common points among which interchanged names are tried; of more, the others are enough."""
 LEAST_APART_M = 0.3
-"""Two points nearer than this are no base for a direction."""
+"""Two points closer than this do not determine a direction."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How one frame lies in another by two common points, and how many agree."""
+    """How one frame is in another by two common points, and how many agree."""
 
     map: Similarity2
     agreeing: int
@@ -114,7 +114,7 @@ def agree(
 
 
 def _pairs(p: ComplexArray) -> tuple[IntArray, IntArray]:
-    """Pairs (j,), (j,) of points (k,), the farthest apart first where there are many."""
+    """Pairs (j,), (j,) of points (k,), the furthest apart first where there are many."""
     first, second = np.triu_indices(len(p), 1)
     if len(first) > MOST_PAIRS:
         far = np.argsort(-np.abs(p[second] - p[first]), kind="stable")[:MOST_PAIRS]
@@ -153,9 +153,9 @@ def _refuse_mirrored(onto: _Frame, moved: _Frame, direct: Agreement, tolerance_m
     mirrored = agree(moved.points, onto.points, tolerance_m, mirrored=True)
     if mirrored is not None and mirrored.agreeing >= 3 and mirrored.agreeing > direct.agreeing:
         raise SurveyError(
-            f"station {' and '.join(moved.names)} fits {' and '.join(onto.names)} only mirrored "
-            f"({mirrored.agreeing} of {mirrored.common} points, as it is {direct.agreeing}): its columns are N, E "
-            "rather than E, N; name them by --columns, such as point,N,E,H"
+            f"station {' and '.join(moved.names)} fits {' and '.join(onto.names)} only mirrored ({mirrored.agreeing} "
+            f"of {mirrored.common} points instead of {direct.agreeing}): its columns are N, E rather than E, N; name "
+            "them with --columns, such as point,N,E,H"
         )
 
 
@@ -170,21 +170,21 @@ def _why_no_join(frames: Sequence[_Frame], tolerance_m: float) -> str:
     who = f"station {' and '.join(moved.names)}"
     if len(common) < 2:
         shares = f"only point {point_label(common[0])}" if common else "no point"
-        return f"{who} shares {shares} with {there}, but its frame needs two: shoot more known or common points"
+        return f"{who} shares {shares} with {there}, but its frame needs two: measure more known or common points"
     names = ", ".join(map(point_label, common))
     places = [np.array([frame.points[name] for name in common]) for frame in (moved, onto)]
     first, second = np.triu_indices(len(common), 1)
     apart = [np.abs(one[second] - one[first]) for one in places]
     if min(one.max() for one in apart) < LEAST_APART_M:
         return (
-            f"{who} shares the points {names} with {there}, but they lie at one place: its frame needs two points well "
-            "apart"
+            f"{who} shares the points {names} with {there}, but they are at the same place: its frame needs two "
+            "points well apart"
         )
     ratio = float(np.median(apart[1] / np.maximum(apart[0], 1e-9)))
     return (
-        f"{who} shares the points {names} with {there}, but no two of them are equally far apart in both (to "
-        f"{tolerance_m:.2f} m; there the distances are {ratio:.3f} times as long): are the names right, is one in "
-        "feet, are coordinates mistyped?"
+        f"{who} shares the points {names} with {there}, but no two of them have the same distance in both (within "
+        f"{tolerance_m:.2f} m; there the distances are {ratio:.3f} times as long). Check for wrong names, feet "
+        "instead of metres, and mistyped coordinates"
     )
 
 
@@ -207,7 +207,7 @@ def _interchanged(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
         ours, others = rows_of[station][one], rows_of[station][other]
         here, there = (np.mean([fit.measurements[i].place for i in rows]) for rows in (ours, others))
         shift = complex(there - here)
-        names = f"{point_label(one)} and {point_label(other)} look interchanged"
+        names = f"{point_label(one)} and {point_label(other)} seem to be interchanged"
         text = f"{names} in the shots from {station}" if station else f"the known points {names}"
         members = [*((i, shift) for i in ours), *((i, -shift) for i in others)]
         found.append(_change(fit, members, text, choices[station == KNOWN]))
@@ -224,8 +224,8 @@ def _mistyped(fit: PlaneFit, suspects: Sequence[int]) -> list[ValueChange]:
         variants.append((complex(north, east), "E and N (exchanged)"))
         for place, what in variants:
             text = (
-                f"{one.label} looks mistyped in {what}: {place.real:.{one.decimals}f}, {place.imag:.{one.decimals}f} "
-                "would fit"
+                f"{one.label} seems to be mistyped in {what}: {place.real:.{one.decimals}f}, "
+                f"{place.imag:.{one.decimals}f} would fit"
             )
             found.append(_change(fit, [(i, place - one.place)], text, len(variants) * len(fit.measurements)))
     return found
@@ -304,7 +304,7 @@ def _still_determined(good: Sequence[Measurement], errors: Sequence[GrossError])
         _rough_frames(good)
     except SurveyError as error:
         left_out = "; ".join(one.text for one in errors)
-        raise SurveyError(f"{error}; left out as wrong: {left_out}") from error
+        raise SurveyError(f"{error}; skipped as wrong: {left_out}") from error
 
 
 def _rough_frames(measured: Sequence[Measurement]) -> dict[str, Similarity2]:
@@ -330,7 +330,7 @@ def _middle(places: Sequence[complex]) -> complex:
 def _agreeing(
     measured: Sequence[Measurement], frames: Mapping[str, Similarity2], tolerance_m: float
 ) -> list[Measurement]:
-    """What lies where most say that its point is (the known place where there is one that any shot confirms)."""
+    """What is where most say that its point is (the known place where there is one that any shot confirms)."""
     placed = [frames[one.station].a * one.place + frames[one.station].b for one in measured]
     of_point: dict[str, list[complex]] = defaultdict(list)
     for one, place in sorted(zip(measured, placed, strict=True), key=lambda pair: pair[0].station != KNOWN):
@@ -344,24 +344,24 @@ def _agreeing(
 
 def _undetermined(errors: Sequence[GrossError]) -> str:
     message = (
-        "the stations' frames are not determined: each needs two points at different places that are known, or shot "
-        "from a station whose frame is"
+        "the frames of the stations are not determined: each needs two points at different places that are known, or "
+        "that a station with a determined frame measured"
     )
     if errors:
-        message += "; left out as wrong: " + "; ".join(error.text for error in errors)
+        message += "; skipped as wrong: " + "; ".join(error.text for error in errors)
     return message
 
 
 def _gross_error(fit: PlaneFit, found: Sequence[Explanation]) -> GrossError:
     """Put the best explanation, and those that are as good, into one sentence."""
     measurements: list[int] = list(dict.fromkeys(i for one in found for i in one.measurements))
-    texts = [one.text or f"{listed([fit.measurements[i].label for i in one.measurements])} is off" for one in found]
+    texts = [one.text or f"{listed([fit.measurements[i].label for i in one.measurements])} is wrong" for one in found]
     best = found[0]
     text = texts[0]
     if not best.text and len(found) == 1:
         text += _how_far(fit, best.measurements[0])
     if len(found) > 1:
-        text = "either " + ", or ".join(texts) + " (nothing tells which)"
+        text = "either " + ", or ".join(texts) + " (it cannot be determined which)"
     points = tuple(dict.fromkeys(fit.measurements[i].point for i in measurements))
     return GrossError(points, text)
 
@@ -377,5 +377,5 @@ def _how_far(fit: PlaneFit, measurement: int) -> str:
         place = fit.maps[one.station].a * one.place + fit.maps[one.station].b
         near = [name for name, other in fit.places.items() if name != one.point and abs(other - place) < TOLERANCE_M]
         if near:
-            text += f"; it is where {point_label(near[0])} is: misnamed?"
+            text += f"; it is at the position of {point_label(near[0])}, so its name may be wrong"
     return text

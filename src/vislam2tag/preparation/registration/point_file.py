@@ -41,12 +41,12 @@ class TextTable:
     findings: tuple[Finding, ...] = ()
 
     def number(self, text: str) -> float:
-        """Read a number with the file's decimal mark; NaN for no text. Raises ValueError for what is no number."""
+        """Read a number with the file's decimal mark; NaN for no text. Raises ValueError for what is not a number."""
         if not text:
             return math.nan
         shape = _COMMA_NUMBER if self.decimal == "," else _POINT_NUMBER
         if not shape.fullmatch(text):
-            raise ValueError(f"'{text}' is no number")
+            raise ValueError(f"'{text}' is not a number")
         return float(text.replace(",", "."))
 
     def place(self, line: int) -> str:
@@ -139,7 +139,7 @@ def _decimal(rows: tuple[tuple[int, tuple[str, ...]], ...], separator: str) -> s
 
 
 class PointColumn(StrEnum):
-    """What a column of points holds."""
+    """The meaning of a column of points."""
 
     POINT = "point"
     EAST = "E"
@@ -187,13 +187,15 @@ def parse_columns(text: str) -> tuple[PointColumn | None, ...]:
     for part in (part.strip() for part in text.split(",")):
         column = None if part == SKIP else known_column(part)
         if part != SKIP and column is None:
-            raise UsageError(f"--columns {text}: '{part}' is no column; there are {', '.join(PointColumn)} and {SKIP}")
+            raise UsageError(
+                f"--columns {text}: '{part}' is not a column; columns are {', '.join(PointColumn)} and {SKIP}"
+            )
         columns.append(column)
     named = [column for column in columns if column is not None]
     if len(set(named)) < len(named):
-        raise UsageError(f"--columns {text}: a column is named twice")
+        raise UsageError(f"--columns {text}: a column appears twice")
     if missing := [column for column in _NEEDED if column not in named]:
-        raise UsageError(f"--columns {text}: {' and '.join(missing)} must be there")
+        raise UsageError(f"--columns {text}: required columns are missing: {', '.join(missing)}")
     return tuple(columns)
 
 
@@ -210,14 +212,14 @@ def point_columns(
     if given is not None:
         return _indexed(given), 0 if row is None and _has_numbers(table, first) else (row or 0) + 1, []
     if row is None and _has_numbers(table, first):
-        message = "has no header and was read as point,E,N,H,code: give --columns where it is otherwise"
+        message = "has no header and was read as point,E,N,H,code: pass --columns if this is wrong"
         finding = Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
         return _indexed(CUSTOMARY), 0, [finding]
     found, findings = _from_header(table, first)
     if missing := [column for column in _NEEDED if column not in found]:
         raise SurveyError(
             f"{table.place(table.rows[row or 0][0])}: the header has no column for {' and '.join(missing)} "
-            f"({', '.join(first)}); name the columns by --columns, such as point,E,N,H,code"
+            f"({', '.join(first)}); name the columns with --columns, such as point,E,N,H,code"
         )
     return found, (row or 0) + 1, findings
 
@@ -231,7 +233,7 @@ def _names_columns(fields: Sequence[str]) -> bool:
 
 
 def _has_numbers(table: TextTable, fields: Sequence[str]) -> bool:
-    """Tell whether there are numbers where a point has its coordinates."""
+    """Return whether there are numbers where a point has its coordinates."""
     try:
         return any(math.isfinite(table.number(field)) for field in fields[1:3])
     except ValueError:
@@ -250,8 +252,8 @@ def _from_header(table: TextTable, fields: Sequence[str]) -> tuple[dict[PointCol
     # Surveyors' Y is east and their X north; they write Y first. Elsewhere X, first, is to the right.
     geodetic = named["y"] < named["x"]
     east, north = ("y", "x") if geodetic else ("x", "y")
-    taken = "Y stands before X and was taken for east" if geodetic else "X was taken for east (right), Y for north (up)"
-    message = f"{taken}: give --columns where it is otherwise"
+    taken = "Y comes before X and was read as east" if geodetic else "X was read as east (right), Y as north (up)"
+    message = f"{taken}: pass --columns if this is wrong"
     finding = Finding.at_lines("assumed_columns", table.file, [table.rows[0][0]], message, Severity.INFO)
     return found | {PointColumn.EAST: named[east], PointColumn.NORTH: named[north]}, [finding]
 
@@ -260,9 +262,9 @@ GREATEST_M = 1e8
 """National grids reach some ten thousand kilometres."""
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        "a row needs a point's name and numbers for E and N (H may be empty); these rows are left out: correct them"
+        "a row needs the name of a point and numbers for E and N (H may be empty); these rows are skipped: correct them"
     ),
-    "non_finite_values": f"coordinates must be at most {GREATEST_M:g} m; these rows are left out: correct them",
+    "non_finite_values": f"coordinates must be at most {GREATEST_M:g} m; these rows are skipped: correct them",
 }
 
 
@@ -272,7 +274,8 @@ def read_points(
     """Read a file of points; rows that cannot be used are findings.
 
     ``given`` names the columns in order where the file's own header does not. A row's ``station`` is empty where there
-    is no such column, its sigma NaN. Raises SurveyError where the file is no table of points, or has no usable row.
+    is no such column, its sigma NaN. Raises SurveyError where the file is not a table of points, or has no usable
+    row.
     """
     table = read_text_table(path)
     columns, header_rows, findings = point_columns(table, given)
@@ -286,8 +289,8 @@ def read_points(
     if not rows:
         last = table.rows[min(header_rows, len(table.rows) - 1)]
         raise SurveyError(
-            f"{path}: no line is a point (first tried: line {last[0]}, '{table.separator.join(last[1])}'); expected "
-            "point, E, N, H separated by ; , tab or blanks, or name the columns by --columns"
+            f"{path}: no line is a point (the first is line {last[0]}, '{table.separator.join(last[1])}'); expected "
+            "point, E, N, H separated by ; , tab or blanks, or name the columns with --columns"
         )
     return rows, [*table.findings, *findings, *counts.findings(_MESSAGES)]
 
@@ -300,7 +303,7 @@ def _point(table: TextTable, columns: dict[PointColumn, int], line: int, fields:
     )
     name = landmark_id(cells.get(PointColumn.POINT, ""))
     if not name or math.isnan(east) or math.isnan(north) or sigma <= 0:
-        raise ValueError(f"line {line} is no point")
+        raise ValueError(f"line {line} is not a point")
     return Measurement(
         point=name,
         station=cells.get(PointColumn.STATION, ""),

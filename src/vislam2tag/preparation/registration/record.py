@@ -68,7 +68,7 @@ class Residual(Record):
 
     measurement: str
     at_m: tuple[float, float] | None = None
-    """Where the point lies, BCS; None for a distance."""
+    """Where the point is, BCS; None for a distance."""
     by_m: tuple[float, float] | None = None
     """Along the BCS axes; None for a distance."""
     off_m: float
@@ -78,7 +78,7 @@ class Residual(Record):
 
 
 class StationRow(Record):
-    """One station: where its frame's origin lies, BCS metres, and how it is turned."""
+    """One station: where its frame's origin is, BCS metres, and how it is turned."""
 
     station: str
     x_m: float

@@ -64,7 +64,9 @@ def read_stations(
     """
     stems = [path.stem for path in paths]
     if double := [path for i, path in enumerate(paths) if path.stem in stems[:i]]:
-        raise SurveyError(f"{double[0]}: another file has the same name, which is its station's; rename one")
+        raise SurveyError(
+            f"{double[0]}: another file has the same name, which is used as the name of its station; rename one"
+        )
     shots: list[Measurement] = []
     findings: list[Finding] = []
     for path in paths:
@@ -72,7 +74,7 @@ def read_stations(
         findings += problems
         if other := [row for row in rows if codes and row.code not in codes]:
             lines = [int(row.source.rpartition(":")[2]) for row in other]
-            message = f"these rows have another point code than {', '.join(codes)} and are left out"
+            message = f"these rows have another point code than {', '.join(codes)} and are skipped"
             findings.append(Finding.at_lines("other_code", path.name, lines, message, Severity.INFO))
         shots += [
             _named(row, rules, settings.shot_sigma_m, row.station or path.stem)
@@ -98,14 +100,16 @@ def read_known_points(
         one = _named(row, rules, settings.control_sigma_m)
         first = found.setdefault(one.point, one)
         if first is not one:
-            raise SurveyError(f"{row.source}: known point {row.point} is there twice (first: {first.source}); keep one")
+            raise SurveyError(
+                f"{row.source}: known point {row.point} is listed twice (first: {first.source}); keep one"
+            )
     return list(found.values()), findings
 
 
 def known_points_of_site(
     site: Site, floor: int, wanted: Sequence[str], rules: NameRules, settings: RegistrationSettings
 ) -> list[Measurement]:
-    """Landmarks and control points of a floor as they stand in the site's files, those ``wanted`` or :data:`ALL`.
+    """Landmarks and control points of a floor as they are in the site's files, those ``wanted`` or :data:`ALL`.
 
     Landmarks that were only planned are not known. Raises UsageError where one is wanted that has no measured position.
     """
@@ -128,8 +132,8 @@ def known_points_of_site(
         )
     keys = set(found) if ALL in wanted else {rules.key(name) for name in wanted}
     if missing := sorted(keys - found.keys()):
-        planned = ", only a planned one, which is not known" if missing[0] in whole.planned_ids else ""
-        raise UsageError(f"--known {missing[0]}: floor {floor} has no measured position of it{planned}")
+        planned = ", only a planned one, which cannot be used" if missing[0] in whole.planned_ids else ""
+        raise UsageError(f"--known {missing[0]}: floor {floor} has no measured position of this landmark{planned}")
     return [one for key, one in found.items() if key in keys]
 
 
@@ -154,27 +158,30 @@ CLICK_SIGMAS = 4.0
 def expected_findings(
     placed: Mapping[str, complex], expected: Mapping[str, complex], clicks: Mapping[str, Click]
 ) -> list[Finding]:
-    """Tell what differs from the site's positions and from clicks; two that lie in each other's place are named."""
+    """Report what differs from the site's positions and from clicks; two that lie in each other's place are named."""
     far = [name for name, place in placed.items() if name in expected and abs(place - expected[name]) > FAR_M]
     found: list[Finding] = []
     swapped: set[str] = set()
     for one, other in itertools.combinations(far, 2):
         if abs(placed[one] - expected[other]) < FAR_M and abs(placed[other] - expected[one]) < FAR_M:
             swapped |= {one, other}
-            message = f"landmarks {one} and {other} lie where the site has the other: sheets or names interchanged?"
+            message = (
+                f"landmarks {one} and {other} are at each other's position in the site: check whether their sheets "
+                "or names are interchanged"
+            )
             found.append(Finding(kind=INTERCHANGED, file="", count=2, message=message))
     for name in far:
         if name not in swapped:
             off = abs(placed[name] - expected[name])
-            message = f"landmark {name} lies {off:.2f} m from where the site has it"
+            message = f"landmark {name} is {off:.2f} m from its position in the site"
             found.append(Finding(kind="moved_landmark", file="", count=1, message=message))
     if expected and (new := [name for name in placed if name not in expected]):
-        message = f"the site has no position of landmark {', '.join(new)}: new, or a mistyped id?"
+        message = f"the site has no position of landmark {', '.join(new)}: it is new, or its id is mistyped"
         found.append(Finding(kind="new_landmark", file="", count=len(new), message=message))
     for name, click in clicks.items():
         off = abs(placed[name] - click.place) if name in placed else 0.0
         if off > CLICK_SIGMAS * click.sigma_m:
-            message = f"landmark {name} was clicked {off:.2f} m from where it was measured"
+            message = f"landmark {name} was clicked {off:.2f} m from its measured position"
             found.append(Finding(kind="click_differs", file="", count=1, message=message))
     return found
 
@@ -285,7 +292,7 @@ def _shot_without_position(
         role, name = role_of(shot.point)
         if role in (Role.LANDMARK, Role.LEFT, Role.RIGHT) and name not in placed:
             wrong = any(shot.point in error.points for error in errors)
-            found[name] = "its shots contradict others" if wrong else "only one edge of its sheet was shot"
+            found[name] = "its shots contradict others" if wrong else "only one edge of its sheet was measured"
     return found
 
 

@@ -38,7 +38,7 @@ from vislam2tag.site.site_table import (
 LEAST_SIGMA_M = 0.002
 """No landmark is stated better than this: a sheet is paper, and its centre a matter of millimetres."""
 LEAST_WIDTH_M = 0.05
-"""Edges nearer than this give no direction."""
+"""Edges closer than this give no direction."""
 
 
 CERTAIN_SIGMAS = 3.29
@@ -131,7 +131,7 @@ def _short(value: float) -> float:
 
 
 def scale_test(fit: PlaneFit) -> ScaleTest | None:
-    """Tell whether distances differ between stations and building; None where nothing tells (too few points)."""
+    """Return whether distances differ between stations and building; None if unknown (too few points)."""
     scale = fit.scale
     if scale is None:
         try:
@@ -145,7 +145,7 @@ def scale_test(fit: PlaneFit) -> ScaleTest | None:
 
 
 def station_rows(fit: PlaneFit) -> tuple[StationRow, ...]:
-    """Where each station's frame lies."""
+    """Where each station's frame is."""
     return tuple(
         StationRow(
             station=name,
@@ -184,24 +184,28 @@ def network_findings(fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None,
     messages: list[tuple[FindingKind, int, str]] = []
     if scale is not None and scale.off:
         text = (
-            f"distances in the building are {scale.value:.5f} ± {scale.sigma:.5f} times those of the stations: is the "
-            "plan's scale right, are all coordinates in metres, does a grid have a scale of its own (--scale free)?"
+            f"distances in the building are {scale.value:.5f} ± {scale.sigma:.5f} times those of the stations. Check "
+            "the plan's scale and that all coordinates are in metres; if the grid has a scale of its own, pass "
+            "--scale free"
         )
         messages.append(("station_scale", 1, text))
     if not fit.adjusted.plausible:
         text = (
-            f"sigma0 is {fit.adjusted.sigma0:.2f}: the measurements scatter more than stated; sigmas are raised, but "
-            "look for the reason"
+            f"sigma0 is {fit.adjusted.sigma0:.2f}: the measurements scatter more than their stated accuracy; sigmas "
+            "are raised, but look for the reason"
         )
         messages.append(("large_sigma0", 1, text))
     if known_shot < 3:
         text = (
-            f"only {known_shot} known points were shot: one that is wrong, or east and north exchanged, would not be "
-            "noticed; shoot three or more"
+            f"only {known_shot} known points were measured: a wrong one, or east and north interchanged, would not be "
+            "detected; measure three or more"
         )
         messages.append(("few_known_points", 1, text))
     if heights.untied and heights.heights:
-        text = f"no known height ties station {', '.join(heights.untied)}: its points get no z"
+        text = (
+            f"no point of known height was measured from station {', '.join(heights.untied)}: its points get no z; "
+            "give the height of at least one known point"
+        )
         messages.append(("untied_heights", len(heights.untied), text))
     return [Finding(kind=kind, file="", count=count, message=text) for kind, count, text in messages]
 
@@ -236,8 +240,8 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
         rows.append(row)
     if changed and not replace:
         raise OutputError(
-            f"{folder / LANDMARK_FILE}: holds other positions of landmark {', '.join(changed)}; give --replace to put "
-            "the registered ones in their place"
+            f"{folder / LANDMARK_FILE}: contains other positions of landmark {', '.join(changed)}; pass --replace to "
+            "replace them by the registered ones"
         )
     for one in wanted.values():
         row = [""] * len(header)
@@ -266,8 +270,8 @@ def control_point_text(root: Path, folder: Path, points: Sequence[RegisteredPoin
             continue
         if not replace and not _same(rows[number][:2], one):
             raise OutputError(
-                f"{path}: has another position of control point {number} (line {number + 1}); give --replace to put "
-                "the registered one in its place"
+                f"{path}: contains another position of control point {number} (line {number + 1}); pass --replace to "
+                "replace it by the registered one"
             )
         rows[number] = cells
     return csv_rows(rows)

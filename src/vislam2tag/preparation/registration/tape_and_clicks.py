@@ -57,10 +57,10 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
     rows = parsed(_rows(table, number_at=2), counts, partial(_distance, table, settings))
     found = [distance for _, distance in rows]
     if not found:
-        raise SurveyError(f"{path}: has no distance; expected rows landmark,to,distance_m[,sigma_m]")
+        raise SurveyError(f"{path}: contains no distance; expected rows landmark,to,distance_m[,sigma_m]")
     message = (
-        f"a row needs a landmark, what the distance leads to, and a distance up to {LONGEST_M:g} m; these rows are "
-        "left out: correct them"
+        f"a row needs a landmark, the other end of the distance, and a distance up to {LONGEST_M:g} m; these rows are "
+        "skipped: correct them"
     )
     return found, [*table.findings, *counts.findings({"malformed_lines": message})]
 
@@ -79,13 +79,13 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
         else:
             found[target.name] = target
     if not found:
-        raise SurveyError(f"{path}: has no target; expected rows name,x,y or name,x,y,x2,y2 and then sigma_m")
+        raise SurveyError(f"{path}: contains no target; expected rows name,x,y or name,x,y,x2,y2 and then sigma_m")
     messages: dict[FindingKind, str] = {
         "malformed_lines": (
-            "a row needs a name and x,y of a point, or x,y,x2,y2 of a wall that has a length; these rows are left out: "
-            "correct them"
+            "a row needs a name and x,y of a point, or x,y,x2,y2 of a wall with a length above 0; these rows are "
+            "skipped: correct them"
         ),
-        "duplicate_targets": "a name may appear once; the first row counts: remove the others",
+        "duplicate_targets": "a name may appear only once; the first row is used: remove the others",
     }
     return found, [*table.findings, *counts.findings(messages)]
 
@@ -106,7 +106,7 @@ def _distance(table: TextTable, settings: RegistrationSettings, line: int, field
     distance, sigma = table.number(fields[2]), table.number(fields[3]) if len(fields) > 3 else math.nan
     name, to = landmark_id(fields[0]), landmark_id(fields[1])
     if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0:
-        raise ValueError(f"line {line} is no distance")
+        raise ValueError(f"line {line} is not a distance")
     return TapeDistance(
         landmark=name,
         to=to,
@@ -124,7 +124,7 @@ def _target(table: TextTable, settings: RegistrationSettings, line: int, fields:
     name = landmark_id(fields[0])
     wall = not math.isnan(x2)
     if not name or math.isnan(x) or math.isnan(y) or sigma <= 0 or math.isnan(x2) != math.isnan(y2):
-        raise ValueError(f"line {line} is no target")
+        raise ValueError(f"line {line} is not a target")
     if wall and (x, y) == (x2, y2):
         raise ValueError(f"wall '{name}' has no length")
     stop = complex(x2, y2) if wall else None
@@ -135,9 +135,9 @@ CLICK_PX = 2.0
 """How well one clicks, pixels of the screen."""
 HEADER = ("id", "floor", "x", "y", "screen_pixel_m", "plan_pixel_m")
 _MESSAGES: dict[FindingKind, str] = {
-    "malformed_lines": f"a row must be {','.join(HEADER)}; these rows are left out: correct them",
-    "duplicate_landmarks": "an id may appear once; the last row counts: remove the others",
-    "other_floor": "these rows are of another floor and left out",
+    "malformed_lines": f"a row must be {','.join(HEADER)}; these rows are skipped: correct them",
+    "duplicate_landmarks": "an id may appear only once; the last row is used: remove the others",
+    "other_floor": "these rows are of another floor and are skipped",
 }
 
 
@@ -152,7 +152,7 @@ class Click:
 
 
 def read_clicks(path: Path, floor: int, settings: RegistrationSettings) -> tuple[dict[str, Click], list[Finding]]:
-    """Read the clicks of one floor, by landmark; raises SurveyError where the file is no file of clicks."""
+    """Read the clicks of one floor, by landmark; raises SurveyError where the file is not a file of clicks."""
     table = read_text_table(path)
     if tuple(field.lower() for field in table.rows[0][1]) != HEADER:
         raise SurveyError(f"{table.place(table.rows[0][0])}: expected the header {','.join(HEADER)}")
@@ -173,7 +173,7 @@ def _click(table: TextTable, settings: RegistrationSettings, line: int, fields: 
     name, number = landmark_id(fields[0]), int(fields[1])
     x, y, screen_m, plan_m = (table.number(field) for field in fields[2:6])
     if not name or not max(abs(x), abs(y)) <= GREATEST_M or not (screen_m > 0 and plan_m > 0):
-        raise ValueError(f"line {line} is no click")
+        raise ValueError(f"line {line} is not a click")
     return number, Click(name, complex(x, y), click_sigma_m(screen_m, plan_m, settings), table.place(line))
 
 

@@ -36,14 +36,14 @@ from vislam2tag.preparation.registration.tape_and_clicks import TapeDistance, Ta
 AGREES_SIGMAS = 4.0
 """At the start a distance that misses by less is taken for good."""
 AS_GOOD = 9.2
-"""Places whose squares differ by less (chi squared, 2, one percent) cannot be told apart."""
+"""Places whose squares differ by less (chi squared, 2, one percent) cannot be distinguished."""
 SAME_PLACE_M = 0.05
 NEARER = 3.0
-"""An expected place decides between two where it is so many times nearer to one."""
+"""An expected place decides between two where it is so many times closer to one."""
 GREATEST_SIGMA_M = 0.5
 """A landmark that is not known better has no position."""
 
-UNDETERMINED = "its distances do not determine it, or only where it cannot be (outside the plan): measure more"
+UNDETERMINED = "its distances do not determine a position inside the plan: measure more"
 
 PlanBounds = tuple[float, float, float, float]
 """Left, right, lower and upper edge of a plan, BCS metres."""
@@ -73,14 +73,14 @@ def trilaterate(
     """Place every landmark that has two distances or more to targets, or to other such landmarks.
 
     What has a name in ``targets`` is fixed. ``extent_m`` (left, right, lower, upper) and ``expected`` places (planned,
-    or clicked) only decide between places that the distances cannot tell apart.
+    or clicked) only decide between places that the distances cannot distinguish.
     """
     result = TapeResult()
     free = [one for one in distances if one.landmark not in targets]
     led_to = Counter(one.to for one in free if one.to not in targets)
     landmarks = {one.landmark for one in free} | {name for name, count in led_to.items() if count > 1}
     for name in sorted(led_to.keys() - landmarks):
-        result.errors.append(f"{name} is neither a known point, a wall nor a landmark: distances to it are left out")
+        result.errors.append(f"{name} is neither a known point, a wall nor a landmark: distances to it are skipped")
     equations = [
         Equation(one, targets.get(one.to), "" if one.to in targets else one.to)
         for one in free
@@ -130,7 +130,7 @@ def _solutions(
         if not wrong:
             break
         good = [one for one in good if one.distance not in wrong]
-    few = "fewer than two distances that can be used: measure more"
+    few = "it has fewer than two usable distances: measure more"
     result.unplaced |= {name: few for name in names if name not in order}
     solutions = _as_good(begun, order, extent_m)
     if not solutions:
@@ -141,7 +141,7 @@ def _solutions(
 def _contradicting_distances(
     start: StartingPlaces, names: Sequence[str], result: TapeResult
 ) -> tuple[TapeDistance, ...]:
-    """The distances that contradict the others, at most as many as cannot be told apart; they are named."""
+    """The distances that contradict the others, at most as many as cannot be distinguished; they are named."""
     try:
         places, noise = _places_without_outliers(start, names)
         adjusted = adjusted_at(start.equations, names, places)
@@ -156,10 +156,10 @@ def _contradicting_distances(
     if len(found) == 1:
         off = adjusted.residual[wrong[0]] / adjusted.kernel(adjusted.rows(wrong[0]))[0, 0] * sigma_m[wrong[0]]
         label = start.equations[wrong[0]].distance.label
-        result.errors.append(found[0].text or f"{label} is off by {-off:+.2f} m")
+        result.errors.append(found[0].text or f"{label} is wrong by {-off:+.2f} m")
     else:
         names_of = listed([start.equations[i].distance.label for i in wrong])
-        result.errors.append(f"one of {names_of} is wrong (nothing tells which)")
+        result.errors.append(f"one of {names_of} is wrong (it cannot be determined which)")
     return tuple(start.equations[i].distance for i in wrong)
 
 
@@ -180,7 +180,7 @@ def _typing_errors(equations: Sequence[Equation], suspects: Sequence[int]) -> li
         one = equations[i].distance
         variants = [pair for pair in mistyped(one.distance_m, one.decimals) if pair[0] > 0]
         for value, what in variants:
-            text = f"{one.label} looks mistyped ({what}): {value:.{one.decimals}f} would fit"
+            text = f"{one.label} seems to be mistyped ({what}): {value:.{one.decimals}f} would fit"
             by = np.array([(one.distance_m - value) / equations[i].sigma_m])
             found.append(ValueChange(text, (i,), by, len(variants) * len(equations)))
     return found
@@ -207,7 +207,7 @@ def _keep_sure(
         rows = slice(2 * index, 2 * index + 2)
         block = np.asarray(adjusted.cofactor[rows, rows] * adjusted.variance_factor)
         if np.sqrt(np.trace(block) / 2) > GREATEST_SIGMA_M:
-            result.unplaced[name] = "its distances hardly determine it: measure to something in another direction"
+            result.unplaced[name] = "its distances hardly determine it: measure to a target in another direction"
         else:
             count = sum(name in (one.distance.landmark, one.other) for one in start.equations)
             origin = (PositionSource.TAPE, count, adjusted.redundancy / count)
@@ -249,6 +249,6 @@ def _decide_between(rivals: Sequence[complex], expected: complex | None) -> tupl
     if expected is not None:
         near, second = sorted((0, *far), key=lambda i: abs(rivals[i] - expected))[:2]
         if NEARER * abs(rivals[near] - expected) < abs(rivals[second] - expected):
-            return near, "of two places the one near where it was expected"
+            return near, "two positions are possible; the one closer to the expected position was used"
     texts = " or ".join(f"({rivals[i].real:.2f}, {rivals[i].imag:.2f})" for i in (0, *far))
     return None, f"may be at {texts}: measure one more distance, or click it on the plan"

@@ -118,10 +118,10 @@ def bordered(image: GreyImage) -> tuple[GreyImage, Rectangle]:
 def camera_frame(
     paper: GreyImage, image: Rectangle, view: View, wall: GreyImage, seed: int = 0
 ) -> tuple[GreyImage, FloatArray]:
-    """Look at a sheet of paper (height, width) on a wall; ``image`` is where on the paper the image stands.
+    """Look at a sheet of paper (height, width) on a wall; ``image`` is where on the paper the image is.
 
     Returns the camera frame, and where the image's corners (4, 2) lie in it, pixels: from the upper left, clockwise.
-    ``wall`` has the frame's size and is what stands behind the sheet.
+    ``wall`` has the frame's size and is the background behind the sheet.
     """
     left, top, width, height = image
     corners = np.array([(0, 0), (width, 0), (width, height), (0, height)], np.float64)
@@ -260,5 +260,5 @@ def sighting(seen: Features, reference: Features, index: int = 0) -> Sighting:
 
 
 def _norm(features: Features) -> int:
-    """Distance of descriptors: differing bits, or Euclidean where they are no bits."""
+    """Distance of descriptors: differing bits, or Euclidean where they are not bits."""
     return int(cv2.NORM_HAMMING if features.descriptors.dtype == np.uint8 else cv2.NORM_L2)

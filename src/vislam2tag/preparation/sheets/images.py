@@ -1,9 +1,9 @@
 """The images of landmarks: generated ones and users' own, each with what was measured of it.
 
 Generated images are opaque leaves of random shape, size and tone that fall on each other. The dead-leaves model (Lee,
-Mumford, Huang: Occlusion models for natural images, IJCV 2001) has the statistics of photographs: corners at every
-scale, so that it is recognised from near and far, and no line or grid that repeats. It is made of random numbers alone,
-so no one has rights in it.
+Mumford, Huang: Occlusion models for natural images, IJCV 2001) has the statistics of photographs. It has corners at
+every scale, so that it is recognised from near and far, and no line or grid that repeats. It is made of random numbers
+alone, so no one has rights in it.
 """
 
 from __future__ import annotations
@@ -133,13 +133,15 @@ def generated_image(
         quality = quality_of(pixels, features)
         if not quality.faults:
             return LandmarkImage(landmark, pixels, features, quality, attempt)
-    raise UsageError(f"--seed {seed}: none of {_ATTEMPTS} pictures of landmark {landmark} is fit; choose another seed")
+    raise UsageError(
+        f"--seed {seed}: none of {_ATTEMPTS} pictures of landmark {landmark} is suitable; choose another seed"
+    )
 
 
 def own_files(folder: Path) -> dict[str, Path]:
     """List a folder's images by landmark: the file's name without ending is the id.
 
-    Raises SurveyError where there is no such folder or no image, or where a name is no id or two are one.
+    Raises SurveyError where there is no such folder or no image, or where a name is not an id or two are one.
     """
     try:
         paths = sorted(path for path in folder.iterdir() if path.suffix.lower() in IMAGE_ENDINGS)
@@ -149,12 +151,12 @@ def own_files(folder: Path) -> dict[str, Path]:
     for path in paths:
         name = landmark_id(path.stem)
         if not name:
-            raise SurveyError(f"{path}: '{path.stem}' cannot be an id; rename the file")
+            raise SurveyError(f"{path}: '{path.stem}' is not a valid id; rename the file")
         if name in files:
-            raise SurveyError(f"{folder}: {files[name].name} and {path.name} are one id, {name}; rename one")
+            raise SurveyError(f"{folder}: {files[name].name} and {path.name} have the same id, {name}; rename one")
         files[name] = path
     if not files:
-        raise SurveyError(f"{folder}: holds no image ({', '.join(IMAGE_ENDINGS)})")
+        raise SurveyError(f"{folder}: contains no image ({', '.join(IMAGE_ENDINGS)})")
     return files
 
 
@@ -171,7 +173,7 @@ def own_images(folder: Path, files: Mapping[str, Path], progress: Progress[str] 
             faulty.append(f"{path.name} ({'; '.join(quality.faults)})")
         progress(landmark, len(files))
     if faulty:
-        count = f"{len(faulty)} of {len(found)} images cannot be landmarks"
+        count = f"{len(faulty)} of {len(found)} images are not suitable as landmarks"
         more = ", ..." if len(faulty) > _NAMED else ""
         raise SurveyError(f"{folder}: {count}: {', '.join(faulty[:_NAMED])}{more}; replace them")
     return tuple(found)
@@ -220,7 +222,7 @@ _OF_A_CELL = 3
 _TWIN_BITS = 40
 """Features that differ in at most so many of 256 bits look the same."""
 _APART = 0.08
-"""Sides of the image between two features that count as a repeat; nearer ones are one corner found twice."""
+"""Sides of the image between two features that count as a repeat; closer ones are one corner found twice."""
 
 
 class ImageQuality(Record):
@@ -232,37 +234,40 @@ class ImageQuality(Record):
     features: int
     """Features found at the size of reference, at most 2000."""
     spread: float
-    """Share of 36 cells of the image that hold features."""
+    """Share of 36 cells of the image that contain features."""
     repeats: float
     """Share of the features that look like another one elsewhere in the image."""
     holds_code: bool
-    """A QR code or barcode stands in it."""
+    """It contains a QR code or barcode."""
     inliers: int
     """Features that agree where the sheet is seen as in :data:`HARD_VIEW`."""
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Why the image is no landmark, each with its figure and what is needed; empty where it is one."""
+        """Why the image is not a landmark, each with its figure and what is needed; empty where it is one."""
         checks = (
             (
                 self.shorter_side_px < LEAST_SIDE_PX,
-                f"its shorter side has {self.shorter_side_px} px, {LEAST_SIDE_PX} are needed",
+                f"its shorter side has {self.shorter_side_px} px, but needs {LEAST_SIDE_PX}",
             ),
-            (self.contrast < LEAST_CONTRAST, f"contrast {self.contrast:.0f}, {LEAST_CONTRAST:.0f} is needed"),
-            (self.features < LEAST_FEATURES, f"{self.features} features, {LEAST_FEATURES} are needed"),
+            (
+                self.contrast < LEAST_CONTRAST,
+                f"its contrast is {self.contrast:.0f}, but must be at least {LEAST_CONTRAST:.0f}",
+            ),
+            (self.features < LEAST_FEATURES, f"it has {self.features} features, but needs {LEAST_FEATURES}"),
             (
                 self.spread < LEAST_SPREAD,
-                f"features in {100 * self.spread:.0f} % of its area, {100 * LEAST_SPREAD:.0f} % are needed",
+                f"it has features in {100 * self.spread:.0f} % of its area, but needs {100 * LEAST_SPREAD:.0f} %",
             ),
             (
                 self.repeats > MOST_REPEATS,
-                f"{100 * self.repeats:.0f} % of its features repeat, at most {100 * MOST_REPEATS:.0f} % may",
+                f"{100 * self.repeats:.0f} % of its features repeat, but at most {100 * MOST_REPEATS:.0f} % may",
             ),
-            (self.holds_code, "it holds a QR code or barcode, which trackers follow badly"),
+            (self.holds_code, "it contains a QR code or barcode, which trackers follow badly"),
             (
                 self.inliers < ENOUGH_INLIERS,
-                f"seen from 40 degrees, blurred and in dim light {self.inliers} features agree, "
-                f"{ENOUGH_INLIERS} are needed",
+                f"seen from 40 degrees, blurred and in dim light, {self.inliers} features match, but {ENOUGH_INLIERS} "
+                "are needed",
             ),
         )
         return tuple(fault for present, fault in checks if present)
@@ -290,7 +295,7 @@ def quality_of(image: GreyImage, features: Features) -> ImageQuality:
 
 
 def _spread(features: Features) -> float:
-    """Share of the image's cells that hold enough features."""
+    """Share of the image's cells that contain enough features."""
     cells: FloatArray = np.floor(features.points / features.size_px * _CELLS)
     index = (cells[:, 0] * _CELLS + cells[:, 1]).astype(np.int64)
     return float(np.mean(np.bincount(index, minlength=_CELLS**2) >= _OF_A_CELL))

@@ -83,12 +83,12 @@ class PageLayout:
 
 
 def largest_width_m(paper: SheetSize, aspect: float) -> float:
-    """Width of the largest image of this height over width that the paper holds, in whole millimetres (down)."""
+    """Width of the largest image of this height over width that fits on the paper, in whole millimetres (down)."""
     return int(1000 * paper.image_m / max(1.0, aspect) + _TOLERANCE_M) / 1000
 
 
 def page_layout(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> PageLayout:
-    """Lay out a sheet: the image's centre is in the middle of the largest square that the paper holds.
+    """Lay out a sheet: the image's centre is in the middle of the largest square that fits on the paper.
 
     ``aspect`` is the image's height over its width. Raises UsageError where the image is larger than that.
     """
@@ -105,10 +105,10 @@ def page_layout(paper: SheetSize, width_m: float, aspect: float, landmark: str) 
 def _too_wide(paper: SheetSize, width_m: float, aspect: float, landmark: str) -> str:
     most = largest_width_m(paper, aspect)
     enough = [name for name, size in SHEET_SIZES.items() if largest_width_m(size, aspect) >= width_m]
-    advice = f"choose {' or '.join(enough[:2])}" if enough else "no size of paper holds it: make it smaller"
+    advice = f"choose {' or '.join(enough[:2])}" if enough else "no paper size is large enough: make it smaller"
     return (
-        f"landmark {landmark}: an image {width_m:g} m wide does not fit {paper.name} with {QUIET_M * 1000:.0f} mm of "
-        f"white around (at most {most:g} m); {advice}"
+        f"landmark {landmark}: an image {width_m:g} m wide does not fit {paper.name} with {QUIET_M * 1000:.0f} mm "
+        f"white margin (at most {most:g} m); {advice}"
     )
 
 
@@ -129,7 +129,7 @@ def _typeface() -> frozenset[int]:
 
 
 def printable(text: str) -> str:
-    """Replace what the typeface cannot draw; the QR code still holds the text as it is."""
+    """Replace what the typeface cannot draw; the QR code still contains the text as it is."""
     known = _typeface()
     return "".join(letter if ord(letter) in known else MISSING for letter in text)
 
@@ -155,7 +155,7 @@ class SheetPage:
 
     @property
     def place(self) -> str:
-        """Where it belongs, ``Main building, floor 1 (Ground)``; empty where nobody said."""
+        """Where it belongs, ``Main building, floor 1 (Ground)``; empty where no one said."""
         number = "" if self.request.floor is None else f"floor {self.request.floor}"
         name = self.request.floor_name
         floor = f"{number} ({name})" if number and name and name.lower() != number else number or name
@@ -318,14 +318,14 @@ def tag_number(landmark: str) -> int:
     """The number of a landmark's tag, which is its id; raises UsageError where the family has no such number."""
     if not landmark.isascii() or not landmark.isdecimal() or int(landmark) >= TAG_COUNT:
         raise UsageError(
-            f"landmark {landmark}: a tag of {TAG_FAMILY} has a number from 0 to {TAG_COUNT - 1}, which must be the id: "
-            "give the landmark such an id, or print without --tag"
+            f"landmark {landmark}: a tag of {TAG_FAMILY} needs an id from 0 to {TAG_COUNT - 1}: change the landmark's "
+            "id, or print without --tag"
         )
     return int(landmark)
 
 
 def tag_box(layout: PageLayout) -> Box:
-    """Where a sheet's tag stands: below the picture, at the right, its side a whole number of millimetres."""
+    """Where a sheet's tag is: below the picture, at the right, its side a whole number of millimetres."""
     top = layout.foot_m - _GAP_UNITS * layout.unit_m
     side = int(1000 * min(_SIDE_UNITS * layout.unit_m, top - QUIET_M)) / 1000
     return Box(layout.paper.width_m - QUIET_M - side, top - side, side, side)

@@ -16,7 +16,7 @@ class SheetSettings(FiniteRecord):
     paper: str = "A4"
     """Size of the paper of landmarks whose file names no sheet: A4, Letter, A3, A2, A1 or A0."""
     width_m: float | None = Field(default=None, ge=0.01)
-    """Width of images whose file names none, metres; as wide as the paper holds where not given."""
+    """Width of images whose file names none, metres; if not given, as wide as fits on the paper."""
     seed: int = 0
     """Another seed, another set of images."""
 
@@ -35,7 +35,7 @@ class SheetSize:
 
     @property
     def image_m(self) -> float:
-        """Side of the largest square image that it holds between its quiet borders, in whole millimetres."""
+        """Side of the largest square image that fits between its quiet borders, in whole millimetres."""
         return round(self.width_m - 2 * QUIET_M, 3)
 
 
@@ -58,4 +58,4 @@ def sheet_size(name: str) -> SheetSize:
     for size in SHEET_SIZES.values():
         if size.name.lower() == name.strip().lower():
             return size
-    raise UsageError(f"'{name}' is no size of paper; there are: {', '.join(SHEET_SIZES)}")
+    raise UsageError(f"'{name}' is not a paper size; available are: {', '.join(SHEET_SIZES)}")

@@ -103,7 +103,7 @@ class SheetsRecord(Record):
 
 
 def is_sheets(folder: Path) -> bool:
-    """Whether a folder holds sheets."""
+    """Whether a folder contains sheets."""
     try:
         SheetsRecord.model_validate_json(read_bytes(folder / RECORD_FILE))
     except (OSError, ValidationError):
@@ -122,7 +122,7 @@ def lay_out_sheets(
     """Lay out a sheet for each landmark; ``paper`` and ``width_m`` are for those that name none themselves.
 
     ``tagged`` sheets have an AprilTag. Raises UsageError where an image does not fit, one id would have images of two
-    widths, or an id is no number that a tag may have.
+    widths, or an id is not a number that a tag may have.
     """
     aspects = {image.landmark: image.pixels.shape[0] / image.pixels.shape[1] for image in images}
     widths: dict[str, float] = {}
@@ -133,7 +133,8 @@ def lay_out_sheets(
         if widths.setdefault(one.landmark, width) != width:
             raise UsageError(
                 f"landmark {one.landmark}: its image is {widths[one.landmark]:g} m wide on one floor, {width:g} m on "
-                "another; a phone knows an image by one width: use one, or give each its own id"
+                "another; a phone needs a single width for each image: use one width, or give each floor's landmark "
+                "its own id"
             )
         tag = tag_number(one.landmark) if tagged else None
         sheets.append(SheetPage(one, page_layout(size, width, aspect, one.landmark), tag))
@@ -148,7 +149,7 @@ def checked_lookalikes(
     pairs = confused([image.landmark for image in images], found)
     if pairs:
         more = ", ..." if len(pairs) > _PAIRS_NAMED else ""
-        message = f"these would be taken for each other: {', '.join(pairs[:_PAIRS_NAMED])}{more}"
+        message = f"these images would be confused: {', '.join(pairs[:_PAIRS_NAMED])}{more}"
         raise (
             SurveyError(f"{message}; replace one of each")
             if seed is None
@@ -215,7 +216,7 @@ def _tags(sheets: Sequence[SheetPage]) -> dict[str, SheetTag]:
             own, name = sheet_tag(sheet.tag, sheet.layout), sheet.request.landmark
             if tags.setdefault(name, own) != own:
                 raise UsageError(
-                    f"landmark {name}: its tag would stand elsewhere on another paper: use one paper for it"
+                    f"landmark {name}: its tag would be at another position on another paper: use the same paper for it"
                 )
     return tags
 
@@ -260,9 +261,13 @@ def _notes(sheets: Sequence[SheetPage], images: Sequence[LandmarkImage]) -> list
     odd = [name for name in floors if printable(name) != name]
     again = [image.landmark for image in images if image.attempt]
     notes: tuple[tuple[FindingKind, list[str], str], ...] = (
-        ("same_image", twice, "hang on several floors with one image: a walk over these floors cannot tell them apart"),
-        ("unprintable_id", odd, "have letters that the sheets' typeface lacks; the QR code holds them"),
-        ("generated_anew", again, "have a later picture, as the first was not fit"),
+        (
+            "same_image",
+            twice,
+            "have the same image on several floors: a walk over these floors cannot distinguish them",
+        ),
+        ("unprintable_id", odd, "have letters that the sheets' font cannot print; the QR code contains them"),
+        ("generated_anew", again, "have another picture, because the first was not suitable"),
     )
     return [
         Finding(kind=kind, file="", count=len(names), message=f"{_listed(names)} {text}", severity=severity)
@@ -297,7 +302,8 @@ class SheetOptions:
 def make_sheets(options: SheetOptions, out: AnyPath, progress: Progress[int] = silent) -> SheetsRecord:
     """Make the sheets into ``out``, which appears whole or not at all.
 
-    Raises OutputError where it holds something else or cannot be written, UsageError and SurveyError as the steps do.
+    Raises OutputError where it contains something else or cannot be written, UsageError and SurveyError as the steps
+    do.
     """
     out = Path(out)
     paper = sheet_size(options.settings.paper)
@@ -305,7 +311,9 @@ def make_sheets(options: SheetOptions, out: AnyPath, progress: Progress[int] = s
     requests, findings = _requests(options, files)
     names = tuple(dict.fromkeys(one.landmark for one in requests))
     if len(names) > MOST_SHEETS:
-        raise UsageError(f"{len(names)} landmarks: a phone's database holds {MOST_SHEETS} images; pick some with --ids")
+        raise UsageError(
+            f"{len(names)} landmarks: a phone's database contains at most {MOST_SHEETS} images; select some with --ids"
+        )
     total = 2 * len(names) + len(requests)
     step = counted(progress, total)
     seed = options.settings.seed if options.images is None else None
@@ -324,7 +332,7 @@ def _requests(options: SheetOptions, files: Mapping[str, Path]) -> tuple[tuple[S
     missing = [] if options.images is None else [one.landmark for one in requests if one.landmark not in files]
     if missing:
         raise SurveyError(
-            f"{options.images}: holds no image of landmark {', '.join(missing[:_NAMED])}; add it as ID.png"
+            f"{options.images}: contains no image of landmark {', '.join(missing[:_NAMED])}; add it as ID.png"
         )
     return requests, findings
 

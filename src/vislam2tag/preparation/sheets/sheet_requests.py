@@ -19,13 +19,13 @@ from vislam2tag.site.site_file import has_site_file, read_site_file
 from vislam2tag.site.site_table import LANDMARKS, SiteTable, finite_or_none, is_number, read_site_table, readable_table
 
 MOST_SHEETS = 1000
-"""Images that ARCore's database holds."""
+"""Largest number of images in ARCore's database."""
 _RANGE = re.compile(r"(\d{1,9})-(\d{1,9})")
 
 
 @dataclass(frozen=True)
 class SheetRequest:
-    """A landmark that is to have a sheet, as far as its source tells."""
+    """A landmark that is to have a sheet, as far as its source contains it."""
 
     landmark: str
     building: str = ""
@@ -52,9 +52,9 @@ def parse_ids(text: str) -> tuple[str, ...]:
         for written in _in_range(part):
             name = landmark_id(written)
             if not name:
-                raise UsageError(f"--ids: '{written}' cannot be an id; use letters, digits and signs")
+                raise UsageError(f"--ids: '{written}' is not a valid id; use letters, digits and signs")
             if name in spelled:
-                raise UsageError(f"--ids: '{spelled[name]}' and '{written}' are one id, {name}; name each once")
+                raise UsageError(f"--ids: '{spelled[name]}' and '{written}' are the same id, {name}; name each once")
             spelled[name] = written
     if not spelled:
         raise UsageError("--ids names no landmark; write ids and ranges, such as 1-40,lobby")
@@ -69,12 +69,12 @@ def _in_range(part: str) -> Sequence[str]:
     if last < first:
         raise UsageError(f"--ids {part}: the range ends before it starts")
     if last - first >= MOST_SHEETS:
-        raise UsageError(f"--ids {part}: more than {MOST_SHEETS} ids, which no phone's database holds")
+        raise UsageError(f"--ids {part}: more than {MOST_SHEETS} ids, which is too many for a phone's database")
     return [str(number) for number in range(first, last + 1)]
 
 
 def requested_sheets(source: Path | None, ids: str | None) -> tuple[tuple[SheetRequest, ...], tuple[Finding, ...]]:
-    """Tell which landmarks are asked for, with what is odd about their files.
+    """Return which landmarks are asked for, with what is odd about their files.
 
     ``source`` is a site's folder, a file of landmarks or None; ``ids`` picks some of its landmarks, or names all
     where there is no source. Raises UsageError and SurveyError where none is left or what is said clashes.
@@ -83,7 +83,7 @@ def requested_sheets(source: Path | None, ids: str | None) -> tuple[tuple[SheetR
     findings: tuple[Finding, ...] = ()
     if source is None:
         if wanted is None:
-            raise UsageError("no landmark is named; give a site's folder, a file of landmarks, --ids or --images")
+            raise UsageError("no landmarks are given; pass a site's folder, a file of landmarks, --ids or --images")
         return tuple(SheetRequest(name) for name in wanted), ()
     if source.is_dir():
         found, findings = _of_site(source)
@@ -92,7 +92,7 @@ def requested_sheets(source: Path | None, ids: str | None) -> tuple[tuple[SheetR
     if wanted is not None:
         found = _picked(source, found, wanted)
     if not found:
-        raise SurveyError(f"{source}: holds no landmark; add rows to {LANDMARK_FILE}, or name them with --ids")
+        raise SurveyError(f"{source}: contains no landmark; add rows to {LANDMARK_FILE}, or name them with --ids")
     return tuple(found), findings
 
 
@@ -101,7 +101,7 @@ def _picked(source: Path, found: list[SheetRequest], wanted: tuple[str, ...]) ->
     missing = [name for name in wanted if name not in there]
     if missing:
         raise UsageError(
-            f"--ids: {source} has no landmark {', '.join(missing[:10])}; leave out SITE for ids of no site"
+            f"--ids: {source} has no landmark {', '.join(missing[:10])}; omit SITE for ids that are not in a site"
         )
     return [one for one in found if one.landmark in set(wanted)]
 
@@ -147,14 +147,16 @@ def _of_file(path: Path) -> list[SheetRequest]:
     table = readable_table(path.parent, path, "; expected a site or a landmark file", columns=LANDMARKS)
     if not table.header or is_number(table.header[0]):
         raise SurveyError(
-            f"{path}: the first line must name columns: id,floor,x,y,z,sheet,width_m (all but id optional)"
+            f"{path}: the first line must name the columns id,floor,x,y,z,sheet,width_m (all but id optional)"
         )
     found: dict[tuple[int | None, str], SheetRequest] = {}
     for line, fields in table.rows:
         one = _request(table, line, fields)
         first = found.setdefault((one.floor, one.landmark), one)
         if first is not one:
-            raise SurveyError(f"{first.source} and {one.source} are one id, {one.landmark}, on one floor; rename one")
+            raise SurveyError(
+                f"{first.source} and {one.source} have the same id, {one.landmark}, on one floor; rename one"
+            )
     return list(found.values())
 
 
@@ -162,7 +164,7 @@ def _request(table: SiteTable, line: int, fields: tuple[str, ...]) -> SheetReque
     place = table.place(line)
     name = landmark_id(fields[0])
     if not name:
-        raise SurveyError(f"{place}: '{fields[0]}' cannot be an id; use letters, digits and signs")
+        raise SurveyError(f"{place}: '{fields[0]}' is not a valid id; use letters, digits and signs")
     try:
         x, y, z = (finite_or_none(table.cell(fields, column)) for column in ("x", "y", "z"))
         floor_text = table.cell(fields, "floor")

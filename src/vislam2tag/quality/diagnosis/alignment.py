@@ -1,8 +1,8 @@
 """One walk laid onto places on the plan: which of its passes fit, and where the walk puts those that do not.
 
 A walk is turned and shifted as most of its passes say. A pass that fits badly is left out for a price, and the walk is
-cut for another where the tracker seems to have slipped, so that neither bends the rest; what is left over is the sum of
-squared residuals in units of their covariance, which all along the walk hangs together (Baarda's data snooping).
+cut for another where the tracker seems to have slipped, so that neither bends the rest. What remains is the sum of
+squared residuals, weighted by their joint covariance along the walk (Baarda's data snooping).
 
 How far the tracker may have drifted from pass to pass follows from its usual noise
 (:mod:`vislam2tag.estimation.tracker_errors`) and not from how the walk was mapped: a wrong landmark would have made
@@ -32,10 +32,10 @@ from vislam2tag.site.model import SessionKey
 class WalkPasses:
     """``p`` passes of one walk in the order of time, in the tracker's continuous frame.
 
-    ``landmark`` (p,) ids as logged; ``time_s`` (p,) from the first frame; ``camera`` (p,) complex, metres, where the
-    camera was, ``offset`` (p,) complex, metres, from there to the landmark; ``sighting_m2`` (p,) variance per axis of
-    each pass; ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
-    :mod:`vislam2tag.estimation.tracker_errors`); ``id_shift`` is what to add to the ids, None if nothing.
+    ``landmark`` (p,) ids as logged. ``time_s`` (p,) from the first frame. ``camera`` (p,) complex, metres, where the
+    camera was. ``offset`` (p,) complex, metres, from there to the landmark. ``sighting_m2`` (p,) variance per axis of
+    each pass. ``drift`` (p - 1, 4, 4) covariances of the drift from pass to pass (states as in
+    :mod:`vislam2tag.estimation.tracker_errors`). ``id_shift`` is what to add to the ids, None if nothing.
     """
 
     key: SessionKey
@@ -99,22 +99,23 @@ class WalkPasses:
 
 LEFT_OUT_PRICE, AGAIN_PRICE = 24.0, 14.0
 """A pass is left out where that lowers the squared residuals by more than this; by less is enough where another pass of
-the same landmark is: it tells less for the second time."""
+that landmark is: the second one shows less."""
 CUT_PRICE = 30.0
 """... and the walk is cut between two passes where that lowers them by more than this."""
 LEAST_APART_M = 1.5
-"""Two landmarks tell how a walk is turned if they are this far apart ..."""
+"""Two landmarks determine the rotation of a walk if they are this far apart ..."""
 SAME_DISTANCE_M, SAME_DISTANCE_SHARE = 0.7, 0.06
 """... and as far apart as the tracker says, within this and this share."""
 NEAR_M, NEAR_SHARE = 0.35, 0.035
-"""Roughly, a place fits within three times this, and this share of how far it is from the pair that tells the turn."""
+"""Roughly, a place fits within three times this, and this share of how far it is from the pair that determines the
+rotation."""
 TRIED = 3
 """So many turns are tried in full."""
 FREE_M = 1e3
 CUT_TURN_RAD = 0.3
 """A slip leads anywhere, but turns the tracker's map by no more than about this."""
 MOST_TURN_RAD = 0.5
-"""A step of linearisation turns no farther."""
+"""A step of linearisation turns no further."""
 MANY_LEFT_OUT = 3
 """Where so many passes do not fit, the tracker may have slipped amid the walk."""
 DIFFERENT_RAD = 0.3
@@ -158,7 +159,7 @@ class Alignment:
 
 
 def align(walk: WalkPasses, target: ComplexArray, *, anyhow: bool = False) -> Alignment:
-    """Lay a walk onto the places (p,) that its passes are said to have, complex metres, NaN where nobody says.
+    """Lay a walk onto the places (p,) that its passes are said to have, complex metres, NaN where no one says.
 
     None of them fits where that costs less, unless it is to be laid onto them ``anyhow``, as far as it can be.
     """
@@ -177,7 +178,7 @@ def left_out_price(landmark: IntArray) -> float:
 
 
 def _price_of_nothing(landmark: IntArray) -> float:
-    """Price where no place is believed; two landmarks fit onto any two places as far apart, which tells nothing."""
+    """Price where no place is believed; two landmarks fit onto any two places as far apart, which proves nothing."""
     count = np.bincount(landmark)
     told = np.sort(count[count > 0])[:-2]
     return float(np.sum(LEFT_OUT_PRICE + AGAIN_PRICE * (told - 1)))
@@ -235,7 +236,7 @@ def _differs(one: tuple[complex, complex], other: tuple[complex, complex], middl
 
 @dataclass(frozen=True)
 class _Solved:
-    """``shift`` (k, 2) of every place off its target as the passes that fit say, with ``shift_covariance`` (k, 2, 2);
+    """``shift`` (k, 2) of every place off its target as the passes that fit say, with ``shift_covariance`` (k, 2, 2).
     ``gain`` (k,) by how much the squared residuals fall when a pass is left out (or would rise were it taken back).
     """
 
@@ -279,7 +280,7 @@ class _System:
         return np.asarray(np.repeat(moved, 2, axis=-1)[..., None] * self.frame)
 
     def moved(self, frame: FloatArray) -> None:
-        """Move and turn the walk, and linearise anew."""
+        """Move and turn the walk, and linearise again."""
         turn = float(np.clip(frame[2], -MOST_TURN_RAD, MOST_TURN_RAD))
         place = self.turn * self.walk.place[self.rows]
         middle = complex(place.mean())

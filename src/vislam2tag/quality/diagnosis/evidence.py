@@ -27,7 +27,7 @@ class Way(NamedTuple):
 
 
 def laid_way(found: Alignment, way: Way) -> ComplexArray:
-    """A way (n,) on the plan, complex metres; NaN from cut to cut where less than two landmarks say how it lies.
+    """A way (n,) on the plan, complex metres; NaN from cut to cut where less than two landmarks say how it is.
 
     Between passes it is shifted by what theirs are off, in proportion to the time from either.
     """
@@ -56,7 +56,7 @@ def _rigid(place: ComplexArray, target: ComplexArray) -> tuple[complex, complex]
 WELL_ALIGNED = 0.6
 """Of a walk of which less of its passes fits, no landmark is above suspicion."""
 FAR_M = 4.0
-"""What a walk puts farther from a place than this does not hang there."""
+"""What a walk puts further from a place than this does not hang there."""
 MIN_OTHERS = 2
 """So many other passes must fit to say where a landmark is."""
 
@@ -81,7 +81,7 @@ class Table:
     size_m: Mapping[int, tuple[float, float]]
     """Width and height of the plans that have them."""
     room_at: Callable[[int, complex], str] = _nameless
-    """What people call the room or corridor at a place of a floor; empty where nobody says."""
+    """What people call the room or corridor at a place of a floor; empty where no one says."""
 
     @cached_property
     def floors(self) -> frozenset[int]:
@@ -96,7 +96,7 @@ class Table:
 @dataclass(frozen=True)
 class PlacedWalk:
     """A walk whose ``p`` passes are those of ``marks`` (floor -1: of an unknown landmark), at ``target`` (p,) complex,
-    metres, NaN where nobody knows.
+    metres, NaN where no one knows.
     """
 
     passes: WalkPasses
@@ -273,8 +273,8 @@ def misfit_of_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
                 from_new.append(abs(sight.place - target))
                 walks.add(sight.walk)
     if not from_table:
-        return "no other landmark of these walks fits without it"
+        return "no other landmark of these walks fits without the correction"
     return (
-        f"{len(from_table)} passes in {len(walks)} walks put them {np.median(from_new):.1f} m (median) from there and "
-        f"{np.median(from_table):.1f} m from the places that the table gives"
+        f"{len(from_table)} observations in {len(walks)} walks are {np.median(from_new):.1f} m (median) from there "
+        f"and {np.median(from_table):.1f} m from the positions in the table"
     )

@@ -44,7 +44,7 @@ def id_faults(landmarks: Landmarks, walks: Sequence[Walk]) -> tuple[list[Fault],
             kind=FaultKind.OTHER_IDS,
             floor=floor,
             landmarks=list(one.unknown),
-            summary=f"the ids that the phones logged on floor {floor} are not those of its landmark table",
+            summary=f"the ids that the phones logged on floor {floor} differ from those of its landmark table",
             evidence=f"{one.text}; {SAME_IDS}",
         )
         for floor, one in compared_with_logs(landmarks, logged).items()
@@ -85,8 +85,8 @@ def _planned(landmarks: Landmarks, logged: Mapping[int, set[str]]) -> list[Fault
                     landmarks=seen,
                     summary=f"the positions of landmarks {names_shown(seen)} of floor {floor} are only planned, "
                     "and not used",
-                    evidence=f"{LandmarkCounts.of(here)}, by landmark_states.csv; measure them "
-                    "(vislam2tag register), or use the plan's places with --use-planned",
+                    evidence=f"{LandmarkCounts.of(here)}, by landmark_states.csv; measure them (vislam2tag register), "
+                    "or use the planned positions with --use-planned",
                 )
             )
     return faults
@@ -95,10 +95,10 @@ def _planned(landmarks: Landmarks, logged: Mapping[int, set[str]]) -> list[Fault
 def floors_of_passes(
     walk: WalkPasses, places: Mapping[str, complex], sheets: Mapping[str, Mapping[int, complex]]
 ) -> list[Fault]:
-    """Say of which floor the sheets were that a walk passed, for ids that several floors have.
+    """Find the floors of the sheets that a walk passed, for ids that several floors have.
 
     ``places`` has the landmarks of which there is one, ``sheets`` the others by id and floor; complex metres.
-    None where some pass cannot be told: then nothing would be mended.
+    None where some pass cannot be determined: then nothing would be mended.
     """
     target = np.array([places.get(name, np.nan) for name in walk.landmark], dtype=np.complex128)
     found = align(walk, target, anyhow=True)
@@ -143,8 +143,8 @@ def _two_floors(walk: WalkPasses, name: str, time_s: FloatArray, floors: Sequenc
         landmarks=[name],
         sessions=[str(walk.key)],
         summary=f"session {walk.key} passed the landmark {name} of floor {listed([str(floor) for floor in visited])}, "
-        "and another floor has one with this id",
-        evidence=f"the walk's other landmarks put its passes of this id: {listed(passes)}",
+        "but another floor has one with this id",
+        evidence=f"according to the walk's other landmarks, it observed this id: {listed(passes)}",
         odds=round(gain, 1),
         corrections=entries,
     )

@@ -66,7 +66,7 @@ class FaultKind(StrEnum):
     """What is wrong."""
 
     SWAPPED = "swapped"
-    """Two sheets hang in each other's place, or three in a circle."""
+    """Two sheets are interchanged, or three in a circle."""
     MIS_SURVEYED = "mis_surveyed"
     """A landmark is not where the table says."""
     MOVED = "moved"
@@ -82,7 +82,7 @@ class FaultKind(StrEnum):
     PLANNED = "planned"
     """Positions of landmarks that were only planned."""
     WRONG_FLOOR = "wrong_floor"
-    """A session lies in another floor's folder."""
+    """A session is in another floor's folder."""
     MIRRORED = "mirrored"
     TURNED = "turned"
     UNITS = "units"
@@ -92,13 +92,13 @@ class FaultKind(StrEnum):
     REPEATED_SCANS = "repeated_scans"
     """A phone delivers old scans as new ones."""
     OTHER_DEVICE = "other_device"
-    """A session lies in another device's folder."""
+    """A session is in another device's folder."""
     DOUBTFUL_FIX = "doubtful_fix"
     """A known position of a walk without poses that the others contradict."""
     ODD_REFERENCE = "odd_reference"
     """A surveyed place, what a walk or all of a day saw of a landmark, or a device's metre, that all others contradict.
 
-    Nothing tells a correction.
+    No correction is known.
     """
 
 

@@ -73,10 +73,10 @@ def gain_of(evidence: Evidence, hypothesis: Hypothesis, least: float = -inf) -> 
     return gain
 
 
-NO_SESSION = "the survey has no session that is not excluded"
+NO_SESSION = "all sessions of the survey are excluded"
 MIN_FIXES = 3
 """Known positions of a walk without poses: of fewer the others do not show which one is wrong."""
-_TOO_FEW = f"no walk passes {MIN_OTHERS + 1} surveyed landmarks, and one shows nothing without the others"
+_TOO_FEW = f"no walk passes {MIN_OTHERS + 1} surveyed landmarks, and a landmark can only be checked against others"
 
 
 def judgement_of(evidence: Evidence, sessions: int, failed: int, faults: int, fixes: int = 0) -> Judgement:
@@ -99,6 +99,10 @@ def _known(marks: tuple[Mark, ...], target: np.ndarray[tuple[int], np.dtype[np.c
 def _rest(evidence: Evidence, judged: set[Mark], failed: int) -> str:
     """What is left out of the answer."""
     missed = len(evidence.table.place.keys() - judged)
-    parts = [f"{counted(missed, 'landmark')} could not be judged, no walk passes enough others there"] if missed else []
+    parts = (
+        [f"{counted(missed, 'landmark')} could not be judged, because no walk passes enough others there"]
+        if missed
+        else []
+    )
     parts += [f"{counted(failed, 'session')} cannot be read or mapped"] if failed else []
     return "; ".join(parts)

@@ -33,7 +33,7 @@ FASTEST_RAD_PER_S = 20.0
 
 
 def sensor_clock_offset_s(camera: CameraTrack, sensors: pl.DataFrame) -> float | None:
-    """What to add to the sensors' times (a session's table), seconds; None where the turns do not tell."""
+    """What to add to the sensors' times (a session's table), seconds; None if the turns do not show it."""
     usable = camera.usable
     time_ns, orientation = camera.time_ns[usable], camera.orientation_acs[usable]
     gyro_ns, turning = readings_of(sensors, "GYRO", ("v1", "v2", "v3"))
@@ -57,10 +57,10 @@ _EPOCH = datetime(1970, 1, 1)
 
 @dataclass(frozen=True)
 class StreamSigns:
-    """``switched_on_s``: when the phone was started, Unix seconds of its own wall clock, None where the session's name
-    is no time; ``scans`` and how many of them repeat the one before; ``sensor_offset_s``: what to add to the times of
-    the inertial sensors so that they turn as the poses do, ``wifi`` to those of the scans so that they hear what others
-    heard there (:mod:`vislam2tag.quality.diagnosis.wifi_clock`), None where that cannot be told.
+    """``switched_on_s``: when the phone was started, Unix seconds of its own wall clock, None if the session's name is
+    not a time. ``scans`` and how many of them repeat the one before. ``sensor_offset_s``: what to add to the times of
+    the inertial sensors so that they turn as the poses do. ``wifi``: the same for the scans, so that they agree with
+    those of other walks there (:mod:`vislam2tag.quality.diagnosis.wifi_clock`), None if that cannot be determined.
     """
 
     switched_on_s: float | None
@@ -85,13 +85,13 @@ def stream_signs(session: Session) -> StreamSigns:
 SAME_START_S = 120.0
 """Walks of one phone that was not restarted between them agree on when it was started within this."""
 OTHER_START_S = 600.0
-"""Phones that were started this far apart are told apart."""
+"""Phones that were started this far apart are distinguished."""
 LEAST_OFFSET_S = 0.7
 """Sensors whose clock is off by more than poses are ever stamped late; less is a lag."""
 SAME_OFFSET_S = 0.3
 """Walks of one device whose offsets are this alike need one entry."""
 SAME_WIFI_S = 2.0
-"""... and those of their scans: levels tell them less sharply."""
+"""... and those of their scans: levels determine them less sharply."""
 LEAST_GAIN = 9.0
 """Scans are off by as much as the sensors where that lowers their squared error, in variances, by more than this."""
 REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
@@ -99,7 +99,7 @@ REPEATED_SHARE, FEWEST_REPEATED = 0.1, 3
 
 
 def stream_faults(signs: Mapping[SessionKey, StreamSigns], known: Sequence[Fault] = ()) -> list[Fault]:
-    """Name what the streams of all sessions tell, beside what is known of them.
+    """Name the faults that the streams of all sessions show.
 
     Scans of a walk that was on another floor than its folder says were compared with those of the wrong one.
     """
@@ -120,9 +120,9 @@ def _repeated_scans(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
             Fault(
                 kind=FaultKind.REPEATED_SCANS,
                 sessions=[str(key) for key in sorted(bad)],
-                summary=f"device {device} delivered old Wi-Fi scans again as new ones",
-                evidence=f"{repeated} of {scans} scans in {len(bad)} of its {len(own)} walks repeat the one before, "
-                "access point by access point and level by level",
+                summary=f"device {device} reported old Wi-Fi scans again as new ones",
+                evidence=f"{repeated} of {scans} scans in {len(bad)} of its {len(own)} walks repeat the preceding scan "
+                "exactly, with all access points and levels",
                 corrections=[proposed("drop_repeated_scans", device=device)],
             )
         )
@@ -157,8 +157,8 @@ def _other_device(key: SessionKey, other: str, own_s: float, alike_s: float) -> 
         floor=key.floor,
         sessions=[str(key)],
         summary=f"session {key} was recorded by {listed([other])}",
-        evidence=f"its phone had been started within {alike_s:.0f} s of {other}, but {own_s / 3600:.1f} h from the "
-        f"other walks of {key.device}",
+        evidence=f"its phone had been started within {alike_s:.0f} s of that of {other}, but {own_s / 3600:.1f} h "
+        f"from those of the other walks of {key.device}",
         corrections=[proposed("set_device", **asdict(key), to=other)],
     )
 
@@ -203,15 +203,15 @@ def _clocks_of(table: str, offsets: Mapping[SessionKey, float]) -> list[Fault]:
 
 
 _CLOCKS = {
-    "sensors": ("the sensors", "its poses", "the gyroscope turns as the camera does, and at no other offset"),
-    "wifi": ("the Wi-Fi scans", "its poses", "the scans hear what those of other walks heard at these places"),
+    "sensors": ("the sensors", "its poses", "the gyroscope agrees with the camera at this offset and at no other"),
+    "wifi": ("the Wi-Fi scans", "its poses", "the scans agree with those of other walks at these places"),
     "camera": (
         "the poses",
         "its sensors and scans",
-        "the camera turns as the gyroscope does, and the scans hear what those of other walks heard at these places",
+        "the camera turns as the gyroscope does, and the scans agree with those of other walks at these places",
     ),
 }
-"""Of each stream: whose clock is off, against which, and by what that is told."""
+"""Of each stream: whose clock is off, against which, and what shows it."""
 
 
 def _clock(table: str, whose: str, selectors: dict[str, object], keys: list[SessionKey], offset_s: float) -> Fault:

@@ -61,7 +61,7 @@ def changed_tables(evidence: Evidence) -> Iterator[Hypothesis]:
 def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence) -> Fault:
     unit, mirrored = change
     fits = sum(int(walk.alignment.fits.sum()) for walk in evidence.walks if walk.passes.key.floor == floor)
-    told = f"{fits} passes of landmarks fit then, and else hardly any"
+    told = f"{fits} observations of landmarks fit with this correction, and hardly any without it"
     entries = []
     parts = []
     if unit:
@@ -69,7 +69,7 @@ def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence
         entries.append(proposed("landmark_units", floor=floor, unit=unit))
     if mirrored:
         parts.append("mirrored")
-        told += "; that the table is mirrored is sure, that it is so from left to right is not: look at the plan"
+        told += "; the table is certainly mirrored, but the axis is uncertain: check it on the plan"
         entries.append(proposed("turn_landmarks", floor=floor, mirrored=True, shift_m=[width_m, 0.0]))
     return Fault(
         kind=FaultKind.UNITS if unit else FaultKind.MIRRORED,
@@ -104,7 +104,8 @@ def _floor_fault(number: int, floor: int, evidence: Evidence) -> Fault:
         floor=key.floor,
         sessions=[str(key)],
         summary=f"session {key} was walked on floor {floor}",
-        evidence=f"{fits} of {known} passes fit the landmarks of floor {floor}, and hardly any those of its own",
+        evidence=f"{fits} of {known} observations fit the landmarks of floor {floor}, and hardly any those of its own "
+        "floor",
         corrections=[proposed("set_floor", **asdict(key), to=floor)],
     )
 
@@ -164,7 +165,7 @@ def _exchange_fault(circle: Sequence[Mark], evidence: Evidence) -> Fault:
     ids = [mark.landmark for mark in circle]
     floor = circle[0].floor
     if len(ids) == 2:
-        summary = f"landmarks {ids[0]} and {ids[1]} of floor {floor} hang in each other's place"
+        summary = f"landmarks {ids[0]} and {ids[1]} of floor {floor} are interchanged"
         summary += _rooms(circle, evidence)
     else:
         way = ", ".join(f"{one} where {other} should" for one, other in zip(ids, [*ids[1:], ids[0]], strict=True))
@@ -193,17 +194,17 @@ TOGETHER = 16.0
 SLACK_M = 0.15
 """... to each of which this is added."""
 FEWEST_SIGHTS = 3
-"""So many passes must tell a new place."""
+"""At least this many passes must show a new place."""
 LEAST_M = 0.5
-"""What is nearer to the table's place than this is not told from it."""
+"""What is closer to the table's place than this is not distinguished from it."""
 LEAST_MOVED_M = 0.7
-"""... nor is a landmark's own place, by all passes there, when it is nearer than this."""
+"""... nor is a landmark's own place, by all passes there, when it is closer than this."""
 LEAST_APART_M = 2.0
-"""Two sheets of one id that hang nearer to each other are one, seen badly."""
+"""Two sheets of one id that hang closer to each other are one, seen badly."""
 SECOND_SHEET_PRICE = 3.0
 """Two sheets with one id are rarer than one that was moved."""
 ANYWHERE_M = 20.0
-"""A wrong place may be this far off, or farther."""
+"""A wrong place may be this far off, or further."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +229,7 @@ class _NewPlace:
         own = evidence.table.place[self.mark]
         room, own_room = (evidence.table.room_at(self.mark.floor, at) for at in (self.place, own))
         at = f"at ({round(self.place.real, 2):g}, {round(self.place.imag, 2):g}) +- {round(sigma_m, 2):g} m, "
-        at += f"{abs(self.place - own):.1f} m from where the table has it"
+        at += f"{abs(self.place - own):.1f} m from its position in the table"
         return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
 
     def fault(self, kind: FaultKind, summary: str, corrections: list[CorrectionEntry], evidence: Evidence) -> Fault:
@@ -325,8 +326,8 @@ def _mis_surveyed(new: _NewPlace, evidence: Evidence) -> Fault:
 
 def _moved_since(new: _NewPlace, date: datetime, evidence: Evidence) -> Fault:
     summary = (
-        f"landmark {new.mark.landmark} of floor {new.mark.floor} hangs since {date:%Y-%m-%d %H:%M} or shortly before "
-        f"{new.where(evidence)}"
+        f"since {date:%Y-%m-%d %H:%M} or shortly before, landmark {new.mark.landmark} of floor {new.mark.floor} has "
+        f"been {new.where(evidence)}"
     )
     return new.fault(FaultKind.MOVED, summary, [new.correction(**{"from": date})], evidence)
 

@@ -21,7 +21,7 @@ from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.site.model import SessionKey
 
 BESIDE_M = 1.0
-"""A landmark farther outside the plan than this does not hang on its outer wall."""
+"""A landmark further outside the plan than this does not hang on its outer wall."""
 FEWEST_BESIDE, LEAST_SHARE = 2, 0.15
 """So many landmarks, and this share of them, must lie beside the plan."""
 
@@ -39,9 +39,9 @@ def turned_tables(table: Table) -> list[Fault]:
                 kind=FaultKind.TURNED,
                 floor=floor,
                 summary=f"the landmark table of floor {floor} is turned by a quarter against its plan",
-                evidence=f"{beside} of {len(places)} landmarks lie beside the plan of {width_m:g} x {height_m:g} m, "
-                "and none once the table is turned; whether by 90 or by 270 degrees the plan must tell (270: "
-                f"turn_deg = 270.0, shift_m = [0.0, {height_m:g}])",
+                evidence=f"{beside} of {len(places)} landmarks are outside the plan of {width_m:g} x {height_m:g} m, "
+                "and none once the table is turned. Check on the plan whether by 90 or 270 degrees (270: turn_deg = "
+                f"270.0, shift_m = [0.0, {height_m:g}])",
                 corrections=[proposed("turn_landmarks", floor=floor, turn_deg=90.0, shift_m=[width_m, 0.0])],
             )
         )
@@ -61,9 +61,9 @@ FREE_BESIDE_M = 1.0
 SHIFTS_M = np.array([0j, *(at_m * np.exp(0.25j * np.pi * turn) for at_m in (0.25, 0.5, 0.75) for turn in range(8))])
 """A way may be off by so much."""
 APART_M = 1.5
-"""Crossings nearer to each other than this are of one wall: a door drawn shut counts once, whoever goes through."""
+"""Crossings closer to each other than this are of one wall: a door drawn shut counts once for all walks."""
 Inside: TypeAlias = Callable[[FloatArray], BoolArray]
-"""Tells which points (n, 2), BCS metres, can be walked to."""
+"""Returns which points (n, 2), BCS metres, can be walked to."""
 
 
 def walls_crossed(inside: Inside, ways: Iterable[ComplexArray]) -> int:
@@ -124,9 +124,9 @@ def with_turns_by_plan(
     ways: Mapping[SessionKey, Way],
     spaces: Mapping[int, Inside],
 ) -> list[Fault]:
-    """Add the turns that plans tell to the faults found; one of a mirrored table is put into that fault's correction.
+    """Add the turns that plans show to the faults found; one of a mirrored table is put into that fault's correction.
 
-    ``evidence`` has those faults corrected; ``ways`` are those of the walks; ``spaces`` tell by floor where can be
+    ``evidence`` has those faults corrected; ``ways`` are those of the walks; ``spaces`` contain, by floor, where can be
     walked.
     """
     found = list(faults)
@@ -158,13 +158,18 @@ def _turn_by_plan(
     alike = [i for i in walls if not _clearly_more(walls[i], walls[best])]
     if 0 in alike or (0 not in walls and free[best] - free[0] < LEAST_BETTER):
         return None
-    words = f"{100 * free[best]:.0f} % of the way of {len(laid)} walks is free of the plan's walls then, "
-    words += f"and {100 * free[0]:.0f} % as the table is"
+    words = (
+        f"{100 * free[best]:.0f} % of the path of {len(laid)} walks is free of the plan's walls with this correction, "
+    )
+    words += f"and {100 * free[0]:.0f} % without it"
     if 0 in walls:
-        words = f"the ways of {len(laid)} walks cross {walls[best]} of the plan's walls then, and {walls[0]} as it is"
+        words = (
+            f"the paths of {len(laid)} walks cross {walls[best]} of the plan's walls with this correction, and "
+            f"{walls[0]} without it"
+        )
     if others := [turns[i] for i in alike if i != best]:
         as_well = listed([f"turn_deg = {one.degrees:g}, shift_m = {_numbers(one.shift)}" for one in others])
-        words += f"; as well with {as_well}: look at the plan"
+        words += f"; {as_well} fits equally well: check it on the plan"
     return turns[best], words
 
 
@@ -197,5 +202,5 @@ def _mirrored(fault: Fault, turn: _Turn, words: str) -> Fault:
     shift = turn.of(np.array([complex(*entry.values["shift_m"])]))[0]
     values = {**entry.values, "turn_deg": turn.degrees, "shift_m": _numbers(complex(shift))}
     entry = entry.model_copy(update={"values": values})
-    told = f"{fault.evidence.partition('; that the table')[0]}; about which line the plan tells: {words}"
+    told = f"{fault.evidence.partition('; the table is certainly')[0]}; check on the plan about which line: {words}"
     return fault.model_copy(update={"corrections": [*others, entry], "evidence": told})

@@ -23,9 +23,9 @@ from vislam2tag.site.model import SessionKey
 CELL_M = 1.0
 """Side of a cell, metres; larger where there would be more than :data:`MAX_LEVEL_CELLS`."""
 SPREADS_M = (1.2, 3.6)
-"""How far readings speak for the cells about them (Gaussians' sigmas): nearby ones, and where none is near, farther."""
+"""How far readings speak for the cells about them (Gaussians' sigmas): nearby ones, and where none is near, further."""
 FAR_WEIGHT = 0.03
-"""What farther readings say counts as this much near ones (of which one has 0.11 in its own cell)."""
+"""What further readings say counts as this much near ones (of which one has 0.11 in its own cell)."""
 LEAST_WEIGHT = 0.002
 """A cell of which other walks say less than this, even from afar, says nothing."""
 STEP_S, REACH_S = 0.5, 60.0
@@ -34,7 +34,7 @@ LEAST_INSIDE = 0.6
 """Share of a walk's readings that must lie on its way, and where others heard, at an offset that is tried."""
 GREATEST_DB = 12.0
 BLOCKS, DRAWS = 12, 200
-"""The error of an offset is that of offsets by scans drawn anew (Efron's bootstrap, in blocks of successive scans)."""
+"""The error of an offset is that of offsets by scans drawn again (Efron's bootstrap, in blocks of successive scans)."""
 SURE_SIGMAS = 4.0
 """An offset is believed from so many of its standard errors on."""
 
@@ -77,8 +77,8 @@ class ClockOffset(NamedTuple):
 
 
 def wifi_clock_offsets(floors: Mapping[int, Mapping[SessionKey, HeardOnWalk]]) -> dict[SessionKey, ClockOffset]:
-    """By how much the scans of each walk are off, by floor the walks on its plan (:func:`heard_on_floors`); walks of
-    which nobody can tell are left out.
+    """By how much the scans of each walk are off, by floor the walks on its plan (:func:`heard_on_floors`); walks
+    without a result are left out.
     """
     found: dict[SessionKey, ClockOffset] = {}
     for walks in floors.values():

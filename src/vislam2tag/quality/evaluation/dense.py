@@ -35,7 +35,7 @@ from vislam2tag.quality.evaluation.truth import (
 DISTANCES_M = (1.0, 5.0, 10.0, 50.0)
 """Ways over which the error of the displacement is taken."""
 SLACK_M = 0.5
-"""A pair of points may lie this much farther apart on the way than asked."""
+"""A pair of points may lie this much further apart on the way than asked."""
 SINCE_EDGES_M = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, np.inf)
 """Bins of the distance walked since the last landmark."""
 SPEED_EDGES_M_S = (0.0, 0.3, 0.8, 1.2, 1.6, 2.5, np.inf)
@@ -78,7 +78,7 @@ class TruePath:
         at_visit = np.interp(visits_ns - time_ns[0], time_ns - time_ns[0], self.path_length_m)
         last = np.searchsorted(visits_ns, time_ns, side="right") - 1
         since = self.path_length_m - at_visit[np.maximum(last, 0)]
-        # A visit inside a hole lies somewhere on the hole's great length.
+        # A visit inside a hole is somewhere on the hole's great length.
         return np.where((last >= 0) & (since < _HOLE_M / 1e3), since, np.nan)
 
 

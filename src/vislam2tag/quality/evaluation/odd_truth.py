@@ -26,8 +26,8 @@ FEWEST_SESSIONS = 2
 FEWEST_POINTS = 3
 """A session that pressed at fewer is left out: what its presses have in common may be a point's."""
 SHARED_M, SHARED_COUNTS = 0.13, 20
-"""All presses at a point err by this alike, per axis, as who passes it keeps to the same side: half of what a press is
-held off by (assumed, as if so many points told it, before any is seen)."""
+"""Per axis, the common error of all presses at a point, because people pass it on the same side: half of the distance
+to the phone. It is a prior that counts as much as this many points."""
 MOST_SHARED_M, RESOLVED_M = 10.0, 1e-4
 """It is looked for up to here, this exactly."""
 
@@ -82,7 +82,7 @@ def press_offsets(points: Sequence[str], errors: PointErrors) -> list[PressOffse
 
 
 def odd_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> list[OddPoint]:
-    """Name the control points that are odd, farthest first, from the floor and the presses of each session."""
+    """Name the control points that are odd, furthest first, from the floor and the presses of each session."""
     found = [odd for place, one in pooled_offsets(pressed).items() if (odd := _odd(place, one)) is not None]
     return sorted(found, key=lambda odd: -odd.size_m)
 
@@ -90,7 +90,7 @@ def odd_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> list[Odd
 def judgement_of_points(pressed: Iterable[tuple[int, Sequence[PressOffset]]], odd: int) -> Judgement:
     """Whether control points could be compared with one another, ``odd`` of which are named."""
     judged = sum(one.sessions >= FEWEST_SESSIONS for one in pooled_offsets(pressed).values())
-    why = f"no control point has presses of {FEWEST_SESSIONS} sessions that pressed at {FEWEST_POINTS} or more"
+    why = f"no control point has presses of {FEWEST_SESSIONS} sessions with at least {FEWEST_POINTS} points each"
     return Judgement.of(odd, judged, counted(judged, "control point"), "" if judged else why)
 
 
@@ -98,7 +98,7 @@ def pooled_offsets(pressed: Iterable[tuple[int, Sequence[PressOffset]]]) -> dict
     """Pool the presses at each point of a floor, from the floor and the presses of each session.
 
     What a session has in common (it was lost, or its holder presses late) is not a point's: its median is taken out.
-    What presses at a point have in common is told by how far points are off.
+    What presses at a point have in common is estimated from how far points are off.
     """
     offsets: dict[tuple[int, str], list[tuple[int, complex, float]]] = defaultdict(list)
     for session, (floor, presses) in enumerate(pressed):
@@ -147,8 +147,8 @@ def _odd(place: tuple[int, str], pooled: PooledOffset) -> OddPoint | None:
         return None
     floor, point = place
     summary = (
-        f"control point {point} on floor {floor} is {size_m:.2f} m (usual are {sigma_m:.2f} m) from where "
-        f"{sessions} sessions that pressed there put it: measure it again"
+        f"control point {point} on floor {floor} is {size_m:.2f} m (usual: {sigma_m:.2f} m) from the position "
+        f"according to {sessions} sessions: measure it again"
     )
     return OddPoint(floor=floor, point=point, sessions=sessions, size_m=size_m, sigma_m=sigma_m, summary=summary)
 
@@ -157,7 +157,7 @@ CELL_M = 10.0
 """Tracks are compared place by place, in squares of this side."""
 CERTAIN_PLACE_SIGMAS = 3.0
 """A place contradicts where sessions, together, put the track so many standard deviations away (the mean over a place
-is nearer than its labels state: without a fault the worst of six is 1.5 off) ..."""
+is closer than its labels state: without a fault the worst of six is 1.5 off) ..."""
 LEAST_PLACE_M = 0.2
 """... and at least this far."""
 FEWEST_PASSING = 2
@@ -224,9 +224,9 @@ def frame_against_walks(walks: Sequence[PointErrors]) -> list[Finding]:
     if len(places) < FEWEST_PLACES or len(contradicting) < enough:
         return []
     worst = max(contradicting, key=lambda one: abs(one.offset))
-    by = f"{abs(worst.offset):.2f} m (usual are {worst.sigma_m:.2f} m)"
+    by = f"{abs(worst.offset):.2f} m (usual: {worst.sigma_m:.2f} m)"
     message = (
-        f"around ({worst.place.real:.0f}, {worst.place.imag:.0f}) the total station's track is {by} from where "
-        f"{worst.sessions} sessions put it: check the ids and coordinates of its common points"
+        f"around ({worst.place.real:.0f}, {worst.place.imag:.0f}) the total station's track is {by} from the "
+        f"position according to {worst.sessions} sessions: check the ids and coordinates of its common points"
     )
     return [Finding(kind="station_frame", file="", count=len(contradicting), message=message)]

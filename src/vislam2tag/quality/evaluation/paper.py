@@ -281,7 +281,7 @@ def _latex_group(rows: Sequence[TableRow]) -> Iterator[tuple[str, ...]]:
 
 
 def figures_in(row: TableRow) -> list[str]:
-    """What stands below the heads of a row's cells."""
+    """The cells below the heads of a row's cells."""
     return [text for cell in row.cells for text in figures_of(cell)]
 
 
@@ -291,7 +291,7 @@ def heads_of(cell: Cell, name: str) -> tuple[str, ...]:
 
 
 def figures_of(cell: Cell) -> tuple[str, ...]:
-    """What stands below :func:`heads_of`: metres with two decimals, a dash where there is no figure."""
+    """The cells below :func:`heads_of`: metres with two decimals, a dash where there is no figure."""
     figures = (cell.here_m, math.nan if cell.paper_m is None else cell.paper_m)
     texts = tuple(NONE if math.isnan(figure) else f"{figure:.2f}" for figure in figures)
     return texts if cell.strategy in PUBLISHED else texts[:1]

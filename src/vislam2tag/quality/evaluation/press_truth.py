@@ -1,7 +1,7 @@
 """Label errors at control points: who pressed where, how late, and how far the label then was.
 
 The truth of a press is found once a session, from one strategy's labels (the reference), and holds for all strategies.
-Which control point each press was made at is told by a written route (``route.csv``) and all presses of a session
+Which control point each press was made at is determined by a written route (``route.csv``) and all presses of a session
 together. The presses are a hidden Markov chain over the points. A label's distance from the point pressed at is either
 small and drawn independently, or much like that of the press before: labels that are wrong stay wrong in the same way
 for a while. So a walk whose labels are all shifted still finds its points, where the nearest point would be the wrong
@@ -78,7 +78,7 @@ HAND_M = 0.5
 DRIFT_M_PER_S = 0.02
 """How fast the labels' own error may usually change, metres per second."""
 ANEW = 0.5
-"""Probability that a label's error is drawn anew instead of like the one before."""
+"""Probability that a label's error is drawn again instead of like the one before."""
 AGAIN = 0.02
 """Probability that a press is at the same point as the one before (a second tap)."""
 SKIPPED = 0.03
@@ -106,9 +106,9 @@ def identify_presses(
     """At which of the points (p, 2) each press was made: their indices (k,), -1 where it is not clear, and the
     probability (k,) of the best one, clear or not.
 
-    ``time_ns`` (k,) of the presses, rising; ``label_bcs`` (k, 2) metres, NaN without a label, and ``sigma_m`` (k,),
-    NaN where not stated, are where a strategy puts them; ``route`` (r,) are the indices of the points in the order in
-    which they were passed, where that is known: presses may then be missing or double, but not out of order.
+    ``time_ns`` (k,) of the presses, rising. ``label_bcs`` (k, 2) metres, NaN without a label, and ``sigma_m`` (k,), NaN
+    where not stated, are where a strategy puts them. ``route`` (r,) are the indices of the points in the order in which
+    they were passed, if that is known: presses may then be missing or double, but not out of order.
     """
     chain = _free_chain(len(points_bcs)) if route is None else _route_chain(route)
     if not len(time_ns):
@@ -193,7 +193,7 @@ MIN_SPEED_M_S = 0.3
 """Who is slower is not taken to walk: the time of such a press says nothing."""
 
 MAX_SPEED_M_S = 4.0
-"""Nobody walks faster: the labels jump there."""
+"""No one walks faster: the labels jump there."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +230,7 @@ def estimate_lead(along_m: FloatArray, speed_m_s: FloatArray) -> PressLead:
 
 
 def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
-    """Median of the values (k,) with a weight (k,) above zero: half of all weight lies on either side."""
+    """Median of the values (k,) with a weight (k,) above zero: half of all weight is on either side."""
     kept = np.flatnonzero(weights > 0)
     order = kept[np.argsort(values[kept], kind="stable")]
     upto = np.cumsum(weights[order]) - weights[order] / 2
@@ -300,7 +300,7 @@ def press_errors(
     """Labels at the identified presses against their points.
 
     ``without_lead``: labels are taken earlier by the lead that the session's other presses show; no press is then
-    labelled where there are too few to tell.
+    labelled where there are too few to decide.
     """
     keep = truth.identified
     lead_s = truth.lead.without_s[keep] if without_lead else np.zeros(int(keep.sum()))
@@ -317,7 +317,7 @@ def nearest_point_errors(
 ) -> PointErrors:
     """Labels at the presses (k,), ns, against the *nearest* control point, as the paper takes them (section VI-A).
 
-    The nearest point need not be the one pressed at: large errors come out too small where points stand close together.
+    The nearest point need not be the one pressed at: large errors come out too small where points are close together.
     A press without a label has an arbitrary point. The floor has at least one.
     """
     presses_ns = np.unique(presses_ns)
@@ -334,15 +334,15 @@ def walk_error(errors_m: FloatArray) -> float:
 
 
 def is_faulty(local: Trajectory, corrected: Trajectory) -> bool:
-    """Tell whether ``local-corrected`` discards any frame that ``local`` maps (the paper's faulty trajectories)."""
+    """Return whether ``local-corrected`` discards any frame that ``local`` maps (the paper's faulty trajectories)."""
     return bool(np.any(has_position(local.status) & ~has_position(corrected.status)))
 
 
 def press_truth_findings(truth: PressTruth) -> list[Finding]:
     """Report the presses that are not scored."""
-    advice = "route.csv does not settle it" if truth.by_route else "a route.csv would tell"
+    advice = "route.csv does not settle it" if truth.by_route else "add a route.csv to settle it"
     reasons: tuple[tuple[FindingKind, int, str], ...] = (
-        ("ambiguous_presses", truth.ambiguous, f"made where two control points fit about as well ({advice})"),
+        ("ambiguous_presses", truth.ambiguous, f"for which two control points fit about equally well ({advice})"),
         ("presses_outside_walk", truth.outside, "made before the first or after the last camera frame"),
         ("presses_on_other_floors", truth.elsewhere, "made on another floor than the session's own"),
     )
@@ -395,6 +395,6 @@ def _far_off(trajectory: Trajectory, presses_ns: IntArray) -> str:
     early, late = time_ns[0] - presses_ns.max(), presses_ns.min() - time_ns[-1]
     off_s, side = max((early * 1e-9, "before it begins"), (late * 1e-9, "after it ends"))
     return (
-        f"none of the {len(presses_ns)} presses lies within the walk: they come {off_s:.0f} s {side}; "
-        "are refMarker.csv and poses.csv of one session and on one clock?"
+        f"none of the {len(presses_ns)} presses is within the walk: they are {off_s:.0f} s {side}. Check that "
+        "refMarker.csv and poses.csv are of the same session and clock"
     )

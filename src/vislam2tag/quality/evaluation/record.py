@@ -36,7 +36,7 @@ class DriftSums(Record):
 
 
 class DenseFigures(Record):
-    """What only a truth of the whole walk tells; all of it adds up over sessions."""
+    """What only a truth of the whole walk shows; all of it adds up over sessions."""
 
     relative: list[RelativeErrorSums]
     since_landmark: list[ErrorBin]
@@ -69,7 +69,7 @@ class StrategyErrors(Record):
     ahead_m: float | None
     """Mean of the distance along with its sign: positive where labels are ahead of the truth."""
     truth_sigma_m: float | None
-    """How exactly the true positions are known along each axis, root mean square; None where nothing tells."""
+    """How exactly the true positions are known along each axis, root mean square; None if unknown."""
     errors: dict[int, int]
     """Number of errors by bin of length (:mod:`vislam2tag.common.error_statistics`)."""
     sum_m: float
@@ -105,8 +105,8 @@ class SessionEvaluation(Record):
 class FigureWithInterval(Record):
     """A figure and its interval, which holds in 95 of 100 such surveys.
 
-    The value is None where not known; the bounds are None of too few walks, and for maxima, of which the bootstrap
-    tells nothing.
+    The value is None where not known; the bounds are None of too few walks, and for maxima, for which the bootstrap is
+    not valid.
     """
 
     value: float | None
@@ -176,7 +176,7 @@ class SurveyEvaluation(Record):
     """By strategy, mean over the sessions."""
     sessions: list[SessionEvaluation]
     odd_points: list[OddPoint] = []
-    """Control points that several sessions put elsewhere, farthest first."""
+    """Control points that several sessions put elsewhere, furthest first."""
     judgement: Judgement = NOT_RUN
     """Whether control points could be compared with one another; ``odd_points`` may be empty if not."""
 

@@ -23,15 +23,15 @@ _Key = TypeVar("_Key", int, str)
 PERCENTS = 100
 """Bins of the regions' probabilities."""
 MOST_TRUTH_PART = 0.5
-"""Where more of an error's variance than this is the truth's own, on average, the truth cannot tell of the labels'."""
+"""Where more of an error's variance than this is the truth's own, on average, the truth cannot judge the labels."""
 ABOUT_TRUE = 1.25
 """Stated sigmas within this factor of the true ones are called about true."""
 _PERCENT = 68
-"""The region by which that is told."""
+"""The region by which that is judged."""
 
 
 def region_probability(error_m: FloatArray, covariance_m2: FloatArray) -> FloatArray:
-    """Probability (n,) of the smallest region of N(0, P) that holds the error (n, 2), for covariances P (n, 2, 2).
+    """Probability (n,) of the smallest region of N(0, P) that contains the error (n, 2), for covariances P (n, 2, 2).
 
     It is the chi-squared distribution (2 degrees of freedom) of the squared Mahalanobis distance, and uniform on 0 to 1
     where the errors are drawn from what is stated. NaN where an error or a covariance is not known, or P is singular.
@@ -90,7 +90,7 @@ def _rows(length_m: FloatArray, sigma_m: FloatArray) -> list[SigmaRow]:
 
 
 def added(first: ErrorRecord, second: ErrorRecord) -> ErrorRecord:
-    """Add up two records; the sum is no larger than the bins allow."""
+    """Add up two records; the sum is not larger than the bins allow."""
     rows = {row.sigma: row for row in first.rows}
     for row in second.rows:
         other = rows.get(row.sigma, SigmaRow(sigma=row.sigma, sum_m=0.0, errors={}))
@@ -122,7 +122,7 @@ class ReliabilityCurve:
 
     @property
     def times_as_large(self) -> float:
-        """By how much errors are larger than stated, by the region that should hold 68 % of them; infinite where not
+        """By how much errors are larger than stated, by the region that should contain 68 % of them; infinite where not
         even the largest does.
         """
         share = _PERCENT / PERCENTS
@@ -154,12 +154,12 @@ def verdict(record: ErrorRecord) -> Verdict | None:
 
 
 def truth_can_tell(record: ErrorRecord) -> bool:
-    """Whether the truth is exact enough to tell if the labels' stated uncertainty is true."""
+    """Whether the truth is exact enough to judge the labels' stated uncertainty."""
     return record.truth_part <= MOST_TRUTH_PART * sum(record.inside)
 
 
 def reliability_curve(record: ErrorRecord) -> ReliabilityCurve | None:
-    """Stated against observed shares; None where no label states a covariance or the truth cannot tell.
+    """Stated against observed shares; None where no label states a covariance or the truth cannot judge them.
 
     True uncertainty is the diagonal.
     """
@@ -174,8 +174,8 @@ def reliability_curve(record: ErrorRecord) -> ReliabilityCurve | None:
 class CoverageCurve:
     """What remains labelled, and how good it is, at each limit of sigma (k,), rising.
 
-    ``max_sigma_m`` is NaN for labels that state no sigma, which no limit marks; ``labelled`` is the share of the true
-    points, 0 to 1; ``mean_m`` and ``p95_m`` are of the errors up to the limit, metres.
+    ``max_sigma_m`` is NaN for labels that state no sigma, which no limit marks. ``labelled`` is the share of the true
+    points, 0 to 1. ``mean_m`` and ``p95_m`` are of the errors up to the limit, metres.
     """
 
     max_sigma_m: FloatArray

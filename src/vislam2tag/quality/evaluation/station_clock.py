@@ -1,8 +1,8 @@
 """A device's walks in a total station's view: one clock for all (and the prism's place), true places, label errors.
 
-What a walk is compared with never comes from that walk's own errors: clock and prism are estimated again without each
-fold (a walk; a part of one where there are few), and the fold is placed by the rest. The scatter of these estimates is
-their uncertainty (jackknife, Efron 1982). Label errors are taken at the station's rate (paper, section VI-B).
+The truth of a walk never depends on that walk's own errors. Clock and prism are estimated again without each fold (a
+walk, or a part of one if there are few), and the fold is placed by the rest. The scatter of these estimates is their
+uncertainty (jackknife, Efron 1982). Label errors are taken at the station's rate (paper, section VI-B).
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ FEWEST_POINTS = 10
 MATCHES_M = 3.0
 """At least one walk's labels must be as near to the station's track, on average, metres."""
 OTHER_CLOCK_S = 2.0
-"""A walk has another clock than the rest where its own best offset is farther off than this, seconds, ..."""
+"""A walk has another clock than the rest where its own best offset is further off than this, seconds, ..."""
 OTHER_CLOCK_FACTOR = 4.0
 """... and its error there so many times less."""
 
@@ -221,8 +221,8 @@ def align_device(walks: Sequence[StationWalk], freedom: FreeParameters | None = 
     clock_ns = min(own, key=lambda offset: sum(mean_clipped_error_m(segment, offset) for segment in segments))
     if min(_labelled_error_m(segment, clock_ns) for segment in segments) > MATCHES_M:
         raise SurveyError(
-            "the total station's track matches the labels at no clock offset: are tachy.csv, the station's common "
-            "points and the session of one measurement?"
+            "the total station's track does not match the labels at any clock offset. Check that tachy.csv, the "
+            "station's common points and the session are of the same measurement"
         )
     matched = [_shares_clock(segment, clock_ns, offset) for segment, offset in zip(segments, own, strict=True)]
     start = Adjustment(int(segments[matched.index(True)].time_ns[0]), clock_ns)
@@ -254,9 +254,9 @@ def _labelled_error_m(segment: TrackSegment, clock_ns: int) -> float:
 
 
 def _shares_clock(segment: TrackSegment, clock_ns: int, own_ns: int) -> bool:
-    """Tell whether a walk overlaps with its track at the common offset, and no other one is right beyond doubt.
+    """Return whether a walk overlaps with its track at the common offset, and no other one is right beyond doubt.
 
-    Large errors are no reason: they may be the labels'.
+    Large errors are not a reason: they may be the labels'.
     """
     time_ns, frames_ns = segment.time_ns - clock_ns, segment.reference.time_ns
     inside = (time_ns >= frames_ns.min()) & (time_ns <= frames_ns.max())
@@ -366,17 +366,19 @@ def station_findings(walk: StationWalk, alignment: DeviceAlignment, number: int)
     """Report what is odd about a session before the station; ``number`` is its place among the device's walks."""
     findings = frame_findings(walk.frame)
     if walk.track.left_out:
-        message = "rows without a finite position, or not later than one before; they are left out"
+        message = "rows have no finite position, or are not later than a preceding one; they are skipped"
         findings.append(_finding("station_rows", walk.track.left_out, message, Severity.INFO))
     if alignment.truths[number] is None:
         message = (
-            f"the station's track never meets this walk on the clock of the device's other walks (its own would be "
-            f"{alignment.off_s[number]:+.1f} s off): was the phone restarted or a clock set? Not scored"
+            "the station's track never meets this walk on the clock of the device's other walks (its own would be "
+            f"{alignment.off_s[number]:+.1f} s off), so it is not scored. If the phone was restarted or its clock "
+            "was set, move the session into a device folder of its own"
         )
         findings.append(_finding("station_no_overlap", 1, message, Severity.WARNING))
     elif alignment.clock_sigma_s > UNSURE_CLOCK_S:
         message = (
-            f"the station's clock is known to {alignment.clock_sigma_s:.2f} s only: its errors hold as much walking"
+            f"the station's clock is uncertain by {alignment.clock_sigma_s:.2f} s, so its errors include the "
+            "distance walked in that time"
         )
         findings.append(_finding("station_clock", 1, message, Severity.WARNING))
     return findings

@@ -59,7 +59,7 @@ def read_station_track(path: Path) -> StationTrack:
     later = finite.filter(pl.col("time") > pl.col("time").cum_max().shift(1).fill_null(np.iinfo(np.int64).min))
     later = later.filter(of_one_recording(later["time"].to_numpy()))
     if len(later) < 2:
-        raise SurveyError(f"{path}: expected a track of two points at least; found {len(later)}")
+        raise SurveyError(f"{path}: expected a track of at least two points; it has {len(later)}")
     return StationTrack(later["time"].to_numpy(), later.select("X", "Y").to_numpy(), len(rows) - len(later))
 
 
@@ -67,7 +67,7 @@ def read_shots(path: Path) -> tuple[FloatArray, list[tuple[int, str]]]:
     """Read a file of single shots: ``;``, header with ``X`` and ``Y``, optional columns ``landmark`` and ``point``.
 
     Returns the positions (k, 2) in the station's frame, metres, and which rows are shots of what: ``landmark 9`` or
-    ``point 4``; :data:`STATION_LANDMARKS` where no row has a name. Raises SurveyError where it is no such file.
+    ``point 4``; :data:`STATION_LANDMARKS` where no row has a name. Raises SurveyError where it is not such a file.
     """
     table = _read(path, ("X", "Y"))
     names = {kind: table[kind].fill_null("").str.strip_chars() for kind in SHOT_KINDS if kind in table.columns}
@@ -112,7 +112,7 @@ class CommonPoints:
 
 @dataclass(frozen=True)
 class StationFrame:
-    """How the station's frame lies in the BCS: turned and moved, both in metres."""
+    """How the station's frame is in the BCS: turned and moved, both in metres."""
 
     bcs_t_station: Similarity2
     """Of scale 1."""
@@ -121,7 +121,7 @@ class StationFrame:
     """(k,) distance of each common point from where the frame puts it; with two points they share what their distance
     differs by."""
     scale: float
-    """The scale that would fit best: 1 but for errors, as both frames are in metres."""
+    """The scale that would fit best: 1 except for errors, as both frames are in metres."""
 
 
 def fit_frame(points: CommonPoints) -> StationFrame:
@@ -129,8 +129,9 @@ def fit_frame(points: CommonPoints) -> StationFrame:
     if len(points.names) < 2:
         has = f"only {points.names[0]} is" if points.names else "none is"
         raise SurveyError(
-            f"the total station's frame needs two common points at least, {has} known: shoot landmarks "
-            f"({SHOTS_FOLDER}/*.csv with the columns landmark;X;Y) or press at control points in its view"
+            f"the total station's frame needs at least two common points, but {has} known: measure landmarks "
+            f"({SHOTS_FOLDER}/*.csv with the columns landmark;X;Y), or press at control points in view of the "
+            "station"
         )
     try:
         free = Similarity2.fit(points.station, points.bcs)
@@ -152,8 +153,8 @@ def frame_findings(frame: StationFrame) -> list[Finding]:
         return []
     worst = int(frame.residual_m.argmax())
     message = (
-        f"the total station's frame misses {frame.points.names[worst]} by {frame.residual_m[worst]:.2f} m: "
-        "check the ids and coordinates of its common points"
+        f"the total station's frame differs by {frame.residual_m[worst]:.2f} m at {frame.points.names[worst]}: check "
+        "the ids and coordinates of its common points"
     )
     return [Finding(kind="station_frame", file="", count=len(off), message=message)]
 
@@ -227,8 +228,8 @@ def clock_by_speed(reference: Trajectory, track: StationTrack) -> int:
     found = best_shift(measured, mapped, STEP_S, FEWEST_S) if len(mapped) else None
     if found is None or found.correlation < MIN_CORRELATION:
         raise SurveyError(
-            "the total station's track and the labels never move alike: are tachy.csv and the session of one "
-            f"measurement, and do they overlap for {FEWEST_S:.0f} s at least?"
+            "the total station's track and the labels never move alike. Check that tachy.csv and the session are of "
+            f"the same measurement, and overlap for at least {FEWEST_S:.0f} s"
         )
     return int(track.time_ns[0] - time_ns[0]) + round(found.shift_s * 1e9)
 

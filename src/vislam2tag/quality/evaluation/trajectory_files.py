@@ -65,7 +65,7 @@ def tum_text_of_truth(truth: Truth) -> str:
 
 
 def read_tum(path: Path) -> Truth:
-    """Read lines ``t tx ty tz qx qy qz qw``, t in seconds; raises SessionError where it holds others."""
+    """Read lines ``t tx ty tz qx qy qz qw``, t in seconds; raises SessionError where it contains others."""
     rows, lines = _numbers(path, None, 8, "t tx ty tz qx qy qz qw (t in seconds)")
     return _truth(path, _nanoseconds(path, rows[:, 0]), rows[:, 1:3], lines)
 
@@ -75,7 +75,7 @@ def read_euroc(path: Path) -> Truth:
     expected = "time in ns, x, y, z, qw, qx, qy, qz, ... separated by commas"
     rows, lines = _numbers(path, ",", 8, expected, exact=False)
     if np.abs(rows[:, 0]).max() > LATEST_NS:
-        raise SessionError(f"{path}: its times are no nanoseconds: they go beyond {LATEST_NS:.0e}")
+        raise SessionError(f"{path}: its times are not nanoseconds, because they exceed {LATEST_NS:.0e}")
     # The first field is read again as a whole number: nanoseconds since 1970 exceed a float's 53 bits.
     time_ns = [int(field) if field.lstrip("+-").isdecimal() else int(float(field)) for field in _first_fields(path)]
     return _truth(path, np.array(time_ns, dtype=np.int64), rows[:, 1:3], lines)
@@ -84,17 +84,18 @@ def read_euroc(path: Path) -> Truth:
 def read_kitti(path: Path) -> Truth:
     """Read KITTI's poses, 12 numbers a line (rows of a 3 x 4 matrix), and their times from beside the file.
 
-    The format has no time: ``NAME.times`` holds one number a line, seconds. Raises SessionError where either is wrong.
+    The format has no time: ``NAME.times`` contains one number a line, seconds. Raises SessionError where either is
+    wrong.
     """
     poses, lines = _numbers(path, None, 12, "the 12 numbers of a 3 x 4 pose matrix", timed=False)
     beside = path.with_suffix(".times")
     if not beside.is_file():
         raise SessionError(
-            f"{path}: KITTI poses have no times; put them beside it as {beside.name}, seconds, one a line"
+            f"{path}: KITTI poses have no times; write them in seconds, one a line, into {beside.name} next to it"
         )
     seconds, _ = _numbers(beside, None, 1, "one time in seconds")
     if len(seconds) != len(poses):
-        raise SessionError(f"{beside}: holds {len(seconds)} times for the {len(poses)} poses of {path.name}")
+        raise SessionError(f"{beside}: contains {len(seconds)} times for the {len(poses)} poses of {path.name}")
     return _truth(path, _nanoseconds(beside, seconds[:, 0]), poses[:, (3, 7)], lines)
 
 
@@ -152,14 +153,16 @@ def _numbers(
         rows.append(values)
         numbers.append(number)
     if not rows:
-        raise SessionError(f"{path}: holds no line; expected {expected}")
+        raise SessionError(f"{path}: contains no line; expected {expected}")
     return np.array(rows), numbers
 
 
 def _nanoseconds(path: Path, seconds: FloatArray) -> IntArray:
     """Times (n,) in ns of seconds (n,); raises SessionError where they cannot be seconds."""
     if np.abs(seconds).max() > LATEST_S:
-        raise SessionError(f"{path}: its times are no seconds: they go beyond {LATEST_S:.0e}; are they nanoseconds?")
+        raise SessionError(
+            f"{path}: its times are not seconds, because they exceed {LATEST_S:.0e}; check whether they are nanoseconds"
+        )
     return np.rint(seconds * 1e9).astype(np.int64)
 
 

@@ -45,9 +45,9 @@ _Known: TypeAlias = tuple[TruthKind, IntArray, FloatArray]
 class PointErrors:
     """True positions and labels of a session at ``n`` times, both in the plane of the session's own floor.
 
-    ``time_ns`` (n,) boot-clock nanoseconds, rising; ``truth_bcs`` (n, 2) metres, finite; ``label_bcs`` (n, 2) metres,
-    NaN without a label; ``sigma_m`` (n,) that the label states, NaN where it states none; ``heading_rad`` (n,)
-    direction of walking from the BCS x axis, NaN when standing or where it is not known; ``truth_sigma_m`` (n,) of the
+    ``time_ns`` (n,) boot-clock nanoseconds, rising. ``truth_bcs`` (n, 2) metres, finite. ``label_bcs`` (n, 2) metres,
+    NaN without a label. ``sigma_m`` (n,) that the label states, NaN where it states none. ``heading_rad`` (n,)
+    direction of walking from the BCS x axis, NaN when standing or where it is not known. ``truth_sigma_m`` (n,) of the
     true position itself, along each axis, NaN where it is not known.
     """
 
@@ -94,12 +94,12 @@ class PointErrors:
 
     @property
     def along_m(self) -> FloatArray:
-        """How far (n,) the label lies ahead of the truth, metres; NaN without a label or a direction of walking."""
+        """How far (n,) the label is ahead of the truth, metres; NaN without a label or a direction of walking."""
         return np.asarray((self.residual_bcs * self._ahead).sum(axis=1))
 
     @property
     def across_m(self) -> FloatArray:
-        """How far (n,) the label lies to the left of the truth, metres; NaN without a label or a direction."""
+        """How far (n,) the label is to the left of the truth, metres; NaN without a label or a direction."""
         ahead, residual = self._ahead, self.residual_bcs
         return np.asarray(ahead[:, 0] * residual[:, 1] - ahead[:, 1] * residual[:, 0])
 
@@ -164,10 +164,10 @@ class Truth:
     findings: tuple[Finding, ...] = ()
     """Rows of its file that are left out."""
     sigma_m: FloatArray | None = None
-    """(t,) how exactly each position is known, metres along each axis; None where the truth does not tell."""
+    """(t,) how exactly each position is known, metres along each axis; None if the truth does not contain it."""
 
     def sigma_or(self, default_m: float) -> FloatArray:
-        """Sigma (t,), metres along each axis; ``default_m`` where it is not told."""
+        """Sigma (t,), metres along each axis; ``default_m`` where it is not known."""
         return np.full(len(self.time_ns), default_m) if self.sigma_m is None else self.sigma_m
 
 
@@ -175,9 +175,9 @@ def read_truth(path: Path) -> Truth:
     """Read ``truth.csv``: ``time_ns,x,y`` and, where it is known, ``sigma_m``; of equal times the first counts.
 
     Further columns are ignored. Rows without a time or a position, as motion capture has them where it saw nothing, are
-    left out and counted. Raises SessionError where the file is no such table or no row is left.
+    left out and counted. Raises SessionError where the file is not such a table or no row is left.
     """
-    expected = f"{path}: expected a table with the columns time_ns, x and y, and sigma_m where it is known"
+    expected = f"{path}: expected a table with the columns time_ns, x and y, and optionally sigma_m"
     try:
         texts = read_csv(path, infer_schema=False, truncate_ragged_lines=True, quote_char=None, encoding="utf8-lossy")
         rows = texts.with_row_index("row", offset=2).select(
@@ -206,14 +206,14 @@ def _number(name: str, kind: type[pl.DataType]) -> pl.Expr:
 
 def rows_left_out(file: str, lines: list[int]) -> tuple[Finding, ...]:
     """Report the lines (1-based) of a truth that have no usable time or position; nothing where there is none."""
-    message = "these rows of the truth have no time, no finite position or no usable sigma_m; they are left out"
+    message = "these rows of the truth have no time, no finite position or no usable sigma_m; they are skipped"
     return (Finding.at_lines("unusable_truth_rows", file, lines, message),) if lines else ()
 
 
 def errors_at_frames(trajectory: Trajectory, truth: Truth) -> FloatArray:
     """Distance (n,) in the plane between each mapped frame and the truth interpolated at its time, metres.
 
-    NaN where a frame has no position or lies outside the truth.
+    NaN where a frame has no position or is outside the truth.
     """
     known = has_position(trajectory.status)
     known &= (trajectory.time_ns >= truth.time_ns[0]) & (trajectory.time_ns <= truth.time_ns[-1])
@@ -229,8 +229,8 @@ CONTROL_POINTS = "presses at control points"
 
 @dataclass(frozen=True)
 class Residuals:
-    """Label minus truth ``error_m`` (k, 2), NaN without a label; ``covariance_m2`` (k, 2, 2) that the labels state, NaN
-    where none is stated; ``truth_covariance_m2`` (k, 2, 2) of the truth's own error, NaN where not known.
+    """Label minus truth ``error_m`` (k, 2), NaN without a label. ``covariance_m2`` (k, 2, 2) that the labels state, NaN
+    where none is stated. ``truth_covariance_m2`` (k, 2, 2) of the truth's own error, NaN where not known.
     """
 
     error_m: FloatArray
@@ -250,7 +250,7 @@ def residuals_at_presses(
 ) -> Residuals:
     """Compare the label at each press (k,) with the *nearest* control point (p, 2), p at least 1, as the paper does.
 
-    The nearest point need not be the one pressed at: large errors come out too small where points stand close together.
+    The nearest point need not be the one pressed at: large errors come out too small where points are close together.
     """
     labels = label_by_interpolation(presses_ns, trajectory, MAX_GAP_S).position_bcs[:, :2]
     own = press_covariance(walking_velocity(presses_ns, *usable_path(trajectory)), settings)

@@ -45,9 +45,7 @@ def pose_axes(reading: SessionFiles) -> PoseAxes:
     """Read ``poses.toml``; raises SessionError where it is not there or says something else."""
     expected = 'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it (docs/reference/formats.md)'
     if not reading.has("axes"):
-        raise SessionError(
-            f"{reading.folder}: no poses.toml, without which the axes of poses are not known; {expected}"
-        )
+        raise SessionError(f"{reading.folder}: there is no poses.toml, which defines the axes of the poses; {expected}")
     file, data = reading.load("axes")
     try:
         return PoseAxes.model_validate(toml_values(data))
@@ -73,15 +71,15 @@ def _mcap_poses(reading: SessionFiles) -> pl.DataFrame:
     file, data = reading.load("poses")
     topics, others, end = _topics(data)
     if not topics:
-        found = f"; it holds {', '.join(sorted(others))}" if others else ""
+        found = f"; it contains {', '.join(sorted(others))}" if others else ""
         why = f" ({end})" if end else ""
         path = reading.folder / file
-        raise SessionError(f"{path}: holds no message of {_SCHEMA}{why}{found}: record poses by this schema")
+        raise SessionError(f"{path}: contains no message of {_SCHEMA}{why}{found}: record poses with this schema")
     stamped = topics[_chosen(sorted(topics), axes, f"{reading.folder / file}")]
     count = len(stamped)
     reading.files.append(FileRecord.of(file, "poses", data, count, count))
     if end:
-        message = f"the file ends early ({end}), as when the recorder is killed; what came before counts"
+        message = f"the file ends early ({end}), as if the recording app was killed; the data before that is used"
         reading.note("partial_last_line", file, message)
     time_ns = np.array([time_ns for time_ns, _ in stamped], dtype=np.int64)
     rows = pl.DataFrame({"row": np.arange(1, count + 1), "time_ns": time_ns})
@@ -92,7 +90,7 @@ def _chosen(names: list[str], axes: PoseAxes, path: str) -> str:
     if axes.topic is None and len(names) == 1:
         return names[0]
     if axes.topic not in names:
-        raise SessionError(f'{path}: has poses of {", ".join(names)}: say in poses.toml which, topic = "{names[0]}"')
+        raise SessionError(f'{path}: has poses of {", ".join(names)}: choose one in poses.toml, topic = "{names[0]}"')
     return axes.topic
 
 

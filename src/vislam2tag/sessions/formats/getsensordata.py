@@ -38,18 +38,18 @@ from vislam2tag.sessions.without_poses import session_of_log, track_of_log
 from vislam2tag.site.model import SessionRef
 
 RESET_S = 1.0
-"""Times of the app's clock that go back by more mean that it was set anew; rows are some milliseconds out of order."""
+"""Times of the app's clock that go back by more mean that it was set again; rows are some milliseconds out of order."""
 GREATEST_S = 1e9
 """No clock of a phone counts that far: the number is a fault."""
 _NUMBER = r"\s*[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?\s*"
 _ADDRESS = r"\s*(?:(?:[0-9A-Fa-f]{2}[:.-]?){5}[0-9A-Fa-f]{2})?\s*"
-"""In any notation; empty if the phone did not tell it."""
+"""In any notation; empty if the phone did not log it."""
 _SENSOR = rf"^\w+;(?<app>{_NUMBER});(?<seen>{_NUMBER});%s(?<v1>{_NUMBER});(?<v2>{_NUMBER});(?<v3>{_NUMBER})(?:;|$)"
 _ANGLES = rf"{_NUMBER};{_NUMBER};{_NUMBER};"
 KINDS: Mapping[str, str] = {
     "POSI": rf"^POSI;(?<app>{_NUMBER});[^;]*;(?<latitude>{_NUMBER});(?<longitude>{_NUMBER});(?<floor>{_NUMBER});"
     rf"(?<building>{_NUMBER});?\s*$",
-    # The name of a network may hold the separator: what follows it is found from the end of the line.
+    # The name of a network may contain the separator: what follows it is found from the end of the line.
     "WIFI": rf"^WIFI;(?<app>{_NUMBER});(?<seen>[^;]*);(?<ssid>.*);(?<bssid>{_ADDRESS});"
     rf"(?:(?<frequency_mhz>{_NUMBER});)?(?<rssi_dbm>{_NUMBER});?\s*$",
     "BLE4": rf"^BLE4;(?<app>{_NUMBER});[^;]*;(?<bssid>{_ADDRESS});(?<rssi_dbm>{_NUMBER});?(?<rest>.*)$",
@@ -88,17 +88,20 @@ def log_lines(data: bytes) -> pl.DataFrame:
 
 
 def on_one_clock(lines: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
-    """Leave out single rows whose time is far ahead, and all that follows once the app's clock was set anew."""
+    """Leave out single rows whose time is far ahead, and all that follows once the app's clock was set again."""
     app = pl.col("app")
     timed = lines.filter(pl.col("kind").is_in(list(KINDS)) & app.is_not_null())
     ahead = (app > app.shift(-1) + RESET_S) & (app.shift(1).fill_null(-np.inf) <= app.shift(-1) + RESET_S)
     odd = timed.filter(ahead)["row"]
     back = timed.filter(~pl.col("row").is_in(odd.implode())).filter(app < app.cum_max() - RESET_S)["row"]
-    message = "times of single rows are ahead of those around them; the rows are left out"
+    message = "the times of single rows are ahead of those around them; these rows are skipped"
     findings = at_lines_if("odd_times", file, odd.to_list(), message)
     if len(back):
         lost = timed.filter(pl.col("row") >= back[0])["row"].to_list()
-        message = "the app's clock went back: what follows has no time of its own and is left out; split the log there"
+        message = (
+            "the clock of the app was set back: the rows after that have ambiguous times and are skipped; split the "
+            "log there"
+        )
         findings.append(Finding.at_lines("clock_reset", file, lost, message, Severity.ERROR))
         lines = lines.filter(pl.col("row") < back[0])
     return lines.filter(~pl.col("row").is_in(odd.implode())), findings
@@ -122,8 +125,8 @@ def rows_of_kind(lines: pl.DataFrame, kind: str) -> pl.DataFrame:
 def boot_offset_s(rows: Mapping[str, pl.DataFrame]) -> float:
     """Seconds from the app's clock to the phone's.
 
-    Sensors are read some milliseconds after they measured: the median tells it. Without any, the freshest Wi-Fi result
-    does; without either the clock stays the app's.
+    Sensors are read some milliseconds after they measured: the median estimates it. Without any, the freshest Wi-Fi
+    result does; without either the clock stays the app's.
     """
     for kind in SENSOR_KINDS:
         measured = rows[kind].filter(pl.col("seen") > 0)
@@ -162,7 +165,7 @@ _MAKER, _MODEL = (
 @dataclass(frozen=True)
 class LoggedTaps:
     """Where the walker was: ``app_s`` (n,) on the app's clock, ``position`` (n, 2) longitude and latitude in degrees,
-    ``floor`` and ``building`` (n,) as the rows number them; ``time_ns`` (n,) on the clock of the log's tables.
+    ``floor`` and ``building`` (n,) as the rows number them. ``time_ns`` (n,) on the clock of the log's tables.
     """
 
     app_s: FloatArray
@@ -174,7 +177,7 @@ class LoggedTaps:
 
 @dataclass(frozen=True)
 class GetSensorDataLog:
-    """What a log holds.
+    """Contents of a log.
 
     ``tables`` (``wifi``, ``ble``, ``sensors``) are as a :class:`~vislam2tag.sessions.model.Session` has them, ``ble``
     as :func:`.fingerprints.radio_rows` makes it.
@@ -229,13 +232,13 @@ def _wifi(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame,
         usable=usable, time=pl.when(usable).then("seen").otherwise(written), scan=pl.col("app").rank("dense")
     )
     odd = table.filter(~pl.col("usable"))["row"].to_list()
-    message = "the sensor time is not within ten minutes before the row was written; the row's own time counts"
+    message = "the sensor time is not within ten minutes before the row was written; the time of the row is used"
     readings, left_out = admitted(_readings(table), "bssid", file)
     return mark_jittered(readings, "bssid"), [*at_lines_if("unusable_sensor_time", file, odd, message), *left_out]
 
 
 def _ble(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame, list[Finding]]:
-    """Adverts; an iBeacon is known by UUID, major and minor where it tells them (the order of its fields varies)."""
+    """Adverts; an iBeacon is known by UUID, major and minor if it contains them (the order of its fields varies)."""
     whole = rows["rest"].str.extract_groups(rf"^[^;]*;(?<major>\d+);(?<minor>\d+);(?<uuid>{_UUID})").struct
     beacon = pl.concat_str(*(whole.field(name) for name in ("uuid", "major", "minor")), separator="-")
     time, none = pl.col("app") + offset_s, pl.lit(None)
@@ -285,11 +288,13 @@ def _taps(rows: pl.DataFrame, offset_s: float) -> LoggedTaps:
     )
 
 
-_UNPLACED = "POSI rows name no place on the earth and no whole floor; they are no taps"
+_UNPLACED = (
+    "POSI rows have no valid latitude and longitude, or their floor is not a whole number; they are not used as taps"
+)
 
 
 def _is_placed() -> pl.Expr:
-    """The app writes zeros where nobody said where the mark is; halves of floors are stairs."""
+    """The app writes zeros where no one said where the mark is; halves of floors are stairs."""
     somewhere = (pl.col("latitude") != 0) | (pl.col("longitude") != 0)
     whole = pl.all_horizontal(
         (pl.col(name) == pl.col(name).round()) & pl.col(name).is_between(-_MOST, _MOST)
@@ -313,7 +318,7 @@ _LOOKED_AT_BYTES = 65_536
 
 
 class GetSensorDataFormat:
-    """Reads folders that hold one log; times are nanoseconds since the phone started."""
+    """Reads folders that contain one log; times are nanoseconds since the phone started."""
 
     name = "getsensordata"
 

@@ -62,12 +62,12 @@ _RECORDS: Mapping[str, Mapping[str, tuple[str, pl.DataType]]] = {
 
 @dataclass(frozen=True)
 class Ilc20Trace:
-    """What a trace file holds; times are nanoseconds since 1970.
+    """Contents of a trace file; times are nanoseconds since 1970.
 
     ``taps`` are in time order, each time once; ``wifi``, ``ble`` and ``sensors`` are as a
     :class:`~vislam2tag.sessions.model.Session` has them, a reading's time being when it was received, not when it was
     logged. ``header`` has what the comments say. ``TYPE_BLU4`` repeats ``TYPE_BLUE``, and ``TYPE_DIST1`` and
-    ``TYPE_DIST2`` are the phone's own distances, which nobody describes: these are not taken.
+    ``TYPE_DIST2`` are the phone's own distances, which no one describes: these are not taken.
     """
 
     header: dict[str, str]
@@ -162,7 +162,7 @@ def _taps(rows: pl.DataFrame) -> FixLog:
 def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFrame, list[Finding]]:
     """Give each result the time when it was received; a scan is what was logged at one time.
 
-    The logger turned times since boot into unix time anew for each scan, which jitters by a millisecond.
+    The logger turned times since boot into unix time again for each scan, which jitters by a millisecond.
     """
     seen_ms = pl.col("f6").cast(pl.Int64, strict=False)
     usable = seen_ms.is_between(pl.col("time_ms") - _OLDEST_MS, pl.col("time_ms")).fill_null(value=False)
@@ -173,7 +173,7 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
         ssid=pl.col("f2").fill_null(""),
     )
     odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
-    message = "lastseen is no time within ten minutes before the scan was logged; the scan's own time counts"
+    message = "lastseen is not within ten minutes before the scan was logged; the time of the scan is used"
     readings, left_out = _admitted(table, "bssid", file, joined, "scan", "ssid", "frequency_mhz")
     return mark_jittered(readings, "bssid"), [*at_lines_if("unusable_lastseen", file, odd, message), *left_out]
 
@@ -217,9 +217,9 @@ def _original(rows: list[int], joined: list[int]) -> list[int]:
 
 
 def _line_findings(data: bytes, file: str, joined: list[int], broken: list[int]) -> list[Finding]:
-    message = "records that a missing newline joined are taken apart"
+    message = "records that a missing line break joined were separated"
     findings = at_lines_if("joined_records", file, _original(joined, joined), message, Severity.INFO)
-    what = "these lines are no records of the format; they are left out: look at the first ones"
+    what = "these lines are not records of the format; they are skipped: look at the first ones"
     unreadable = unreadable_findings(data, file, data.count(b"\n") + 1, broken, what)
     return findings + [with_lines(each, _original(list(each.lines), joined)) for each in unreadable]
 

@@ -170,11 +170,13 @@ def phone_camera(rows: pl.DataFrame, file: str, settings: FindingSettings) -> tu
     failure = rows["failure"].cast(pl.Enum(failures)).to_physical().to_numpy().astype(np.int64)
     state = TrackerState(np.asarray(tracking, dtype=bool), rows["part"].to_numpy(), tuple(failures), failure)
     unknown = rows.filter(pl.col("frame_clock") == _UNKNOWN)["row"].to_list()
-    message = "the clock of the images is not known: these frames have the time at which they were logged"
+    message = "the clock of the images is unknown: these frames have the time at which they were logged"
     findings += at_lines_if("unknown_exposure", file, unknown, message)
     findings += _tracking_lost(camera, state, file)
     first = np.flatnonzero(np.diff(state.section) != 0) + 1
-    message = "the tracker began anew at these frames; each part of the walk is mapped on its own and needs landmarks"
+    message = (
+        "the tracker restarted at these frames; each part of the walk is mapped separately and needs two landmarks"
+    )
     findings += at_lines_if("tracking_restarted", file, camera.row[first].tolist(), message)
     return replace(camera, state=state, exposure_known=bool(len(rows)) and not unknown), findings
 
@@ -259,25 +261,27 @@ def _record(reading: SessionFiles, key: SessionKey) -> PhoneRecord | None:
     """The session's record; where it says another floor or device than the folders do, these count."""
     file, data = reading.load("record")
     if not reading.has("record"):
-        message = "floor and device are the folders'; how the recording ended is not known"
+        message = "floor and device are taken from the folders; how the recording ended is unknown"
         reading.note("missing_file", file, message)
         return None
     try:
         record = parse_record(data, str(reading.folder / file))
     except ValueError as error:
-        message = f"{error}; the folders tell floor and device, how the recording ended is not known"
+        message = f"{error}; floor and device are taken from the folders; how the recording ended is unknown"
         reading.note("unreadable_record", file, message)
         return None
     reading.account("record", data, RawTable(file, 1, pl.DataFrame({"row": [1]}), (), ()))
     if record.floor != key.floor:
         message = (
-            f"the collector chose floor {record.floor}, and the session lies under floor {key.floor}, which counts; "
-            "move its folder if that is wrong"
+            f"the collector chose floor {record.floor}, but the session is in the folder of floor {key.floor}, which "
+            "is used; move the session if that is wrong"
         )
         reading.note("other_floor", file, message)
     if record.ended != STOPPED:
         detail = f" ({record.end.detail})" if record.end and record.end.detail else ""
-        message = f"the recording was not stopped by hand, it ended as '{record.ended}'{detail}; what there is counts"
+        message = (
+            f"the recording was not stopped by hand: it ended as '{record.ended}'{detail}; all recorded data is used"
+        )
         reading.note("recording_ended", file, message, Severity.INFO)
     return record
 
@@ -350,20 +354,22 @@ def _recording(
     recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
     if recording.scans_refused:
         message = (
-            "scans were refused or failed, as when scanning is throttled; switch off 'Wi-Fi scan throttling' in the "
-            "phone's developer options"
+            "scans were refused or failed, probably because the phone throttles them; disable 'Wi-Fi scan "
+            "throttling' in its developer options"
         )
         reading.note("scans_refused", file, message, count=recording.scans_refused)
     stopped = rows.filter(pl.col("event") == "scans_stopped")
     radios = " and ".join(_RADIOS.get(word, word) for word in stopped["detail"].fill_null("").unique().sort())
     message = (
-        f"with the screen off the phone brought no {radios} for 90 s and more; walk with the screen on, or free "
+        f"with the screen off, the phone returned no {radios} for at least 90 s; walk with the screen on, or exempt "
         "the app from battery saving in the phone's settings (Apps, vislam2tag, Battery: unrestricted)"
     )
     reading.findings += at_lines_if("scans_stopped", file, stopped["row"].to_list(), message)
     dropped = counts.get("rows_dropped", 0)
     if dropped:
-        message = "rows came faster than the phone could write them, and are missing; log at a lower rate"
+        message = (
+            "rows came faster than the phone could write them and are missing; choose a lower sensor rate in the app"
+        )
         reading.note("rows_dropped", file, message, count=dropped)
     return recording, _told_floors(rows)
 

@@ -64,7 +64,7 @@ def _ios_video(folder: Path) -> Pictures | None:
     try:
         data = read_bytes(folder / "Frames.txt")
     except OSError as error:
-        raise SessionError(f"{folder / 'Frames.txt'}: the camera's lens is not known without it") from error
+        raise SessionError(f"{folder / 'Frames.txt'}: the file is missing; it describes the camera's lens") from error
     frames = _IOS_FRAMES.read(data, "Frames.txt").rows.sort("time_s")
     poses = timed(_IOS_POSES.read(read_bytes(folder / "ARposes.txt"), "ARposes.txt").rows)
     of_pose = poses.select("time_s", "time_ns").sort("time_s")
@@ -90,14 +90,13 @@ def _stray_video(folder: Path) -> Pictures | None:
 
 
 def _stray_lens(path: Path) -> FloatArray:
-    """Focal lengths and principal point (4,), pixels; raises SessionError if the file is no 3 x 3 numbers."""
+    """Focal lengths and principal point (4,), pixels; raises SessionError if the file does not contain 3 x 3
+    numbers."""
     try:
         lines = [line.split(",") for line in read_bytes(path).decode().split("\n") if line.strip()]
         return np.array(lines, dtype=np.float64).reshape(3, 3)[_FROM_MATRIX]
     except (OSError, ValueError) as error:
-        raise SessionError(
-            f"{path}: expected the camera's 3 x 3 matrix, without which no landmark can be placed"
-        ) from error
+        raise SessionError(f"{path}: expected the camera's 3 x 3 matrix, which is needed to place landmarks") from error
 
 
 def _polycam_frame(values: Mapping[str, Any]) -> Keyframe:
@@ -124,11 +123,11 @@ def _is_record3d(folder: Path) -> bool:
 
 
 def _record3d(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
-    """Raise SessionError: nothing tells which way is up."""
+    """Raise SessionError: the direction of gravity is unknown."""
     del reading, settings
     raise SessionError(
-        f"{key}: Record3D does not level its frame by gravity and logs no accelerometer to level it by: "
-        "nothing tells where the floor is: record with Stray Scanner or another app of docs/how-to/iphone.md"
+        f"{key}: Record3D neither aligns its frame with gravity nor logs an accelerometer, so the floor cannot be "
+        "found: record with Stray Scanner or another app of docs/how-to/iphone.md"
     )
 
 

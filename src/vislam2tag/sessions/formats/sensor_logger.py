@@ -45,8 +45,8 @@ FILE_NAMES: Mapping[str, tuple[str, ...]] = {
     "fixes": (FIXES_FILE,),
 }
 _NO_POSES = (
-    "the app records no poses: attach this recording to the walk of the phone that had the camera (vislam2tag attach), "
-    f"or give its fixes in {FIXES_FILE}"
+    "the app records no poses: attach this recording to the walk of the phone that had the camera (vislam2tag "
+    f"attach), or write its known positions into {FIXES_FILE}"
 )
 _PAGE = "UNITS.md of github.com/tszheichoi/awesome-sensor-logger"
 
@@ -104,14 +104,14 @@ def _force_with_gravity(force: pl.DataFrame, gravity: pl.DataFrame, upwards: flo
 def _upwards(reading: SessionFiles) -> float:
     """1 where readings are upwards at rest, as Android has them; -1 where downwards, as on iOS.
 
-    An app that was told to standardise its frames has them upwards there, too.
+    An app that is set to standardise its frames has them upwards there, too.
     """
     file, data = reading.load("record")
     reading.account("record", data, RawTable(file, 1, pl.DataFrame({"row": [1]}), (), ()))
     try:
         row = read_csv(data, infer_schema=False, truncate_ragged_lines=True).row(0, named=True)
     except (pl.exceptions.PolarsError, IndexError) as error:
-        message = f"not understood ({first_line(error)}); readings are taken for those of Android"
+        message = f"not understood ({first_line(error)}); readings are read as those of Android"
         reading.note("unreadable_record", SENSOR_LOGGER_METADATA, message)
         return 1.0
     ios = (row.get("platform") or "").strip().lower() == "ios"

@@ -34,8 +34,8 @@ class ConflictError(SurveyError):
 
     def __init__(self, conflicts: Sequence[Conflict]) -> None:
         super().__init__(
-            f"{CORRECTIONS_FILE} was changed meanwhile in the same place, so this change was not applied; look at the "
-            "values below"
+            f"{CORRECTIONS_FILE} was changed in the same place by someone else, so this change was not applied; "
+            "compare the values below"
         )
         self.conflicts = tuple(conflicts)
 

@@ -1,6 +1,6 @@
 """Changes of ``corrections.toml``: entries added, replaced and removed, all other lines and comments left as they are.
 
-A library that keeps comments is not used: tomlkit (0.15) reorders entries of different tables that stand mixed.
+A library that keeps comments is not used: tomlkit (0.15) reorders entries of different tables that are mixed.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
 
 _HEADER = re.compile(r"""^\s*\[\[\s*["']?([A-Za-z_]+)["']?\s*\]\]""")
 _IDLE = re.compile(r"^\s*(#.*)?$", re.DOTALL)
-"""Blank lines and comments: those behind an entry's last value are no part of it."""
+"""Blank lines and comments: those behind an entry's last value are not part of it."""
 
 
 class AddEntry(Record):
@@ -79,7 +79,7 @@ def corrections_of(text: str) -> Corrections:
 
 
 def entries_of(text: str) -> tuple[EntryLines, ...]:
-    """All entries in the order of the file; raises SurveyError where it cannot be used, or not told by lines."""
+    """All entries in the order of the file; raises SurveyError where it cannot be used, or not identified by lines."""
     corrections_of(text)
     lines = text_lines(text)
     told: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
@@ -137,9 +137,7 @@ def _line_of(change: Change, entries: Mapping[tuple[str, int], EntryLines]) -> i
     if isinstance(change, AddEntry):
         return 0
     if (change.table, change.number) not in entries:
-        raise SurveyError(
-            f"{CORRECTIONS_FILE}: there is no [[{change.table}]] number {change.number}; look at it again"
-        )
+        raise SurveyError(f"{CORRECTIONS_FILE}: there is no [[{change.table}]] number {change.number}; reload the file")
     return entries[change.table, change.number].first_line
 
 
@@ -207,7 +205,7 @@ def text_lines(text: str) -> list[str]:
 
 _LOCK = f".{CORRECTIONS_FILE}.lock"
 _BEGIN = "# vislam2tag diagnose --apply added from here ..."
-_END = "# ... to here; vislam2tag diagnose --revert takes it out"
+_END = "# ... to here; vislam2tag diagnose --revert removes it"
 _BLOCK = re.compile(re.escape(f"\n{_BEGIN}\n").encode() + b".*?" + re.escape(f"\n{_END}\n").encode(), re.DOTALL)
 
 
@@ -243,7 +241,7 @@ class ChangedMeanwhileError(SurveyError):
 def corrections_text(root: Path) -> tuple[str, str]:
     """Text of a survey's ``corrections.toml`` and its version, both empty where there is none.
 
-    Raises SurveyError where it cannot be read or is no text.
+    Raises SurveyError where it cannot be read or is not a text.
     """
     content = _content(root)
     try:
@@ -261,7 +259,9 @@ def save_text(root: Path, text: str, version: str) -> str:
     corrections_of(text)
     with _only_writer(root):
         if _version(_content(root)) != version:
-            raise ChangedMeanwhileError(f"{CORRECTIONS_FILE} was changed meanwhile; look at it, then change it again")
+            raise ChangedMeanwhileError(
+                f"{CORRECTIONS_FILE} was changed by someone else; reload it, then make your change again"
+            )
         _write(root, text.encode())
     return _version(text.encode())
 
@@ -281,7 +281,7 @@ def change_text(root: Path, change: Callable[[str], str]) -> str:
 @contextmanager
 def _only_writer(root: Path) -> Iterator[None]:
     """Let no other program change the file; raises OutputError while one does."""
-    with only_one(Folder.at(root), _LOCK, f"{root / CORRECTIONS_FILE}: is being written; try again"):
+    with only_one(Folder.at(root), _LOCK, f"{root / CORRECTIONS_FILE}: another program is writing it; try again"):
         yield
 
 

@@ -32,7 +32,7 @@ def session_start(name: str) -> datetime | None:
 def _id_text(value: object) -> str:
     text = landmark_id(str(value)) if isinstance(value, str | int) and not isinstance(value, bool) else ""
     if not text:
-        raise ValueError("a landmark id is a text or a whole number")
+        raise ValueError("a landmark id must be a text or a whole number")
     return text
 
 
@@ -54,7 +54,7 @@ class Correction(Record, strict=True, populate_by_name=True):
     reason: str = ""
 
     def applies(self, key: SessionKey) -> bool:
-        """Tell whether the selectors choose this session."""
+        """Return whether the selectors choose this session."""
         return (
             self.floor in (None, key.floor)
             and self.device in (None, key.device)
@@ -67,12 +67,12 @@ class Correction(Record, strict=True, populate_by_name=True):
 
 
 class ExcludeSession(Correction):
-    """Leave sessions out."""
+    """Exclude sessions."""
 
     @model_validator(mode="after")
     def _selects(self) -> Self:
         if (self.floor, self.device, self.session) == (None, None, None):
-            raise ValueError("at least one of floor, device and session is needed")
+            raise ValueError("at least one of floor, device and session is required")
         return self
 
 
@@ -90,7 +90,7 @@ class _OfSpan(Correction):
 
 
 class ExcludeSpan(_OfSpan):
-    """Leave a time span out."""
+    """Exclude a time span."""
 
 
 class ExcludeLandmark(Correction):
@@ -100,7 +100,7 @@ class ExcludeLandmark(Correction):
 
 
 class SwapLandmarks(Correction):
-    """Two sheets hang in each other's place: exchange their ids in the logs."""
+    """Two sheets are interchanged: swap their ids in the logs."""
 
     ids: Annotated[list[_Id], Field(min_length=2, max_length=2)]
 
@@ -112,7 +112,7 @@ class SwapLandmarks(Correction):
 
 
 class MoveLandmark(Correction):
-    """A landmark was elsewhere, always or for sessions that start within ``from`` (included) and ``until``."""
+    """A landmark has another position, always or for sessions that start from ``from`` (included) to ``until``."""
 
     id: _Id
     x: FiniteFloat
@@ -121,7 +121,7 @@ class MoveLandmark(Correction):
     until: _DateTime | None = None
 
     def applies(self, key: SessionKey) -> bool:
-        """Tell whether selectors and start time choose this session; an unknown start is in no limited period."""
+        """Return whether selectors and start time choose this session; an unknown start is in no limited period."""
         if not super().applies(key):
             return False
         if self.since is None and self.until is None:
@@ -133,7 +133,7 @@ class MoveLandmark(Correction):
 
 
 class MoveControlPoint(Record, strict=True):
-    """A control point is not where its file says; its id is its place in the file, counted from 0."""
+    """A control point has another position. Its id is its row in the file, counted from 0."""
 
     floor: int
     id: _Id
@@ -143,16 +143,16 @@ class MoveControlPoint(Record, strict=True):
 
 
 class RenameLandmark(_OfSpan):
-    """A landmark's sightings within a time span are another sheet's."""
+    """A landmark's sightings within a time span belong to another sheet."""
 
     id: _Id
     to: _Id
 
 
 class SetLandmarkFloor(_OfSpan):
-    """A landmark's sightings within a time span are of the sheet that has its id on another floor.
+    """A landmark's sightings within a time span belong to the sheet with the same id on another floor.
 
-    With one such entry for an id, its other sightings are the own floor's.
+    With one such entry for an id, its other sightings belong to the session's own floor.
     """
 
     id: _Id
@@ -182,13 +182,13 @@ class TurnLandmarks(Correction):
 
 
 class SetFloor(ExcludeSession):
-    """Sessions that were walked on another floor than that of their folder."""
+    """Sessions that were walked on a floor other than that of their folder."""
 
     to: int
 
 
 class SetDevice(ExcludeSession):
-    """Sessions that were recorded by another device than that of their folder."""
+    """Sessions that were recorded by a device other than that of their folder."""
 
     to: Annotated[str, Field(min_length=1, pattern="^[^/]+$")]
 
@@ -201,11 +201,11 @@ class ShiftClock(Correction):
 
 
 class DropRepeatedScans(Correction):
-    """Wi-Fi scans that repeat the one before, level for level, are old results delivered again: they count once."""
+    """Wi-Fi scans that repeat the preceding one exactly are old results, reported again: they count once."""
 
 
 class SetTap(Correction):
-    """A walk without tracker was at a place at a moment; without x and y the tap of that moment is taken out."""
+    """A walk without a tracker was at this position at this time; without x and y, the tap at this time is removed."""
 
     session: str
     at_s: Annotated[float, Field(ge=0, le=1e9)]
@@ -216,7 +216,7 @@ class SetTap(Correction):
     @model_validator(mode="after")
     def _is_place(self) -> Self:
         if (self.x is None) != (self.y is None):
-            raise ValueError("x and y are both needed, or none of them")
+            raise ValueError("give both x and y, or neither")
         return self
 
 
@@ -250,12 +250,12 @@ class Corrections(Record):
         return replace(key, floor=floor, device=device)
 
     def excludes(self, key: SessionKey) -> bool:
-        """Tell whether a session is left out."""
+        """Return whether a session is left out."""
         return any(entry.applies(key) for entry in self.exclude_session)
 
 
 OF_SITE = ("move_control_point",)
-"""Tables whose entries hold for whatever session."""
+"""Tables whose entries apply to all sessions."""
 OF_SESSIONS = tuple(name for name in Corrections.model_fields if name not in OF_SITE)
 
 

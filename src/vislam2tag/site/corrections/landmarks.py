@@ -55,8 +55,8 @@ def corrected_landmarks(
         for index, place in enumerate(kept):
             if concerns(entry, *place):
                 _move(chosen, index, entry, default_sigma_m)
-                uses.append(f"Landmark {entry.id} is taken to be at ({entry.x:g}, {entry.y:g}){entry.because()}.")
-    # Whoever corrects places by hand knows better than what the others shared with them.
+                uses.append(f"Landmark {entry.id} is placed at ({entry.x:g}, {entry.y:g}){entry.because()}.")
+    # A correction by hand is more reliable than what the others shared with them.
     return replace(chosen, joint_covariance=None) if uses else chosen, tuple(uses)
 
 
@@ -110,7 +110,7 @@ def _with_tables_corrected(
         if isinstance(entry, LandmarkUnits):
             chosen.position_bcs[rows] *= UNITS_M[entry.unit]
             chosen.z_m[rows] *= UNITS_M[entry.unit]
-            uses.append(f"The landmarks of floor {entry.floor} are taken to be in {entry.unit}{entry.because()}.")
+            uses.append(f"The landmarks of floor {entry.floor} are read in {entry.unit}{entry.because()}.")
         else:
             _turn(chosen, rows, entry)
             how = "mirrored" if entry.mirrored else "turned"
@@ -158,9 +158,9 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], sit
             if not floors:
                 problem = "no session matches"
             elif isinstance(entry, MoveLandmark) and not any((floor, entry.id) in known for floor in floors):
-                problem = f"no landmark {entry.id} in the files of the floors it is for"
+                problem = f"there is no landmark {entry.id} in the files of its floors"
             elif isinstance(entry, SetLandmarkFloor) and (entry.to, entry.id) not in known:
-                problem = f"no landmark {entry.id} in the file of floor {entry.to}"
+                problem = f"there is no landmark {entry.id} in the file of floor {entry.to}"
             else:
                 continue
             findings.append(_unused(table, number, problem))

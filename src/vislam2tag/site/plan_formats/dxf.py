@@ -1,4 +1,4 @@
-"""DXF plans: lines, polylines and arcs of the layers that hold walls; doors stay open."""
+"""DXF plans: lines, polylines and arcs of the layers that contain walls; doors stay open."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _Line = tuple[str, bool, FloatArray]
 def read_dxf(path: Path, source: PlanSource) -> PlanDrawing:
     """Read the model space.
 
-    CAD drawings; coordinates are the file's, whose header tells what a unit is.
+    CAD drawings; coordinates are the file's, whose header defines the unit.
     """
     from ezdxf import recover, units  # of an extra
     from ezdxf.enums import InsertUnits
@@ -64,7 +64,7 @@ def read_dxf(path: Path, source: PlanSource) -> PlanDrawing:
 def _lines(
     entities: Iterable[Any], sag: float, layer: str = "0", in_door: bool = False, depth: int = 0
 ) -> Iterator[_Line]:
-    """Lines of a layout or block; what lies on layer 0 of a block lies on the layer of its insertion."""
+    """Lines of a layout or block; what is on layer 0 of a block is on the layer of its insertion."""
     from ezdxf.path import make_path
 
     for entity in entities:
@@ -97,7 +97,7 @@ def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, Fl
     """Segments (w, 2, 2) of walls and (d, 2, 2) of doors."""
     layers = sorted({layer for layer, _, _ in lines})
     if not layers:
-        raise OSError("holds no line, polyline or arc in its model space")
+        raise OSError("contains no line, polyline or arc in its model space")
     for pattern in wanted:
         if not any(fnmatch(layer.lower(), pattern.lower()) for layer in layers):
             raise OSError(f"has no layer {pattern}; there are: {', '.join(layers)}")
@@ -110,7 +110,7 @@ def _sorted(lines: list[_Line], wanted: tuple[str, ...]) -> tuple[FloatArray, Fl
     of_walls = [points for layer, in_door, points in lines if layer in walls and not in_door]
     of_doors = [points for layer, in_door, points in lines if in_door or (layer in doors and layer not in walls)]
     if not of_walls:
-        raise OSError(f"has no walls that can be told by their layer; give layers, of: {', '.join(layers)}")
+        raise OSError(f"has no layers whose names suggest walls; specify layers, from: {', '.join(layers)}")
     return _segments(of_walls), _segments(of_doors)
 
 

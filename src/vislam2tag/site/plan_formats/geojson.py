@@ -29,12 +29,12 @@ def features_of(data: bytes) -> tuple[list[Feature], Mapping[str, Any]]:
     try:
         whole = json.loads(data.decode("utf-8-sig"))
     except ValueError as error:
-        raise OSError(f"is no JSON ({error})") from error
+        raise OSError(f"is not JSON ({error})") from error
     if not isinstance(whole, dict):
-        raise OSError("is no GeoJSON: expected a FeatureCollection")
+        raise OSError("is not GeoJSON: expected a FeatureCollection")
     features = whole.get("features")
     if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
-        raise OSError("is no GeoJSON: expected a FeatureCollection with its features")
+        raise OSError("is not GeoJSON: expected a FeatureCollection with its features")
     return features, whole
 
 
@@ -95,13 +95,13 @@ def _ring(coordinates: object) -> FloatArray:
 
 
 def _points(coordinates: object) -> FloatArray:
-    """Points (k, 2) of a list of positions; raises OSError where they are no finite numbers."""
+    """Points (k, 2) of a list of positions; raises OSError where they are not finite numbers."""
     if not isinstance(coordinates, Sequence):
-        raise OSError("has a geometry whose coordinates are no list")
+        raise OSError("has a geometry whose coordinates are not a list")
     try:
         points = np.array([position[:2] for position in coordinates], dtype=np.float64).reshape(len(coordinates), 2)
     except (TypeError, ValueError, IndexError, KeyError) as error:
-        raise OSError("has coordinates that are no numbers") from error
+        raise OSError("has coordinates that are not numbers") from error
     if not np.isfinite(points).all():
         raise OSError("has coordinates that are not finite")
     return points
@@ -122,7 +122,7 @@ _INDOOR = {
 _GREATEST_SPAN_DEG = 0.5
 """No building is so large: coordinates that span more are not degrees."""
 _HELD_SHARE = 0.98
-"""Of the area of all others, which the outline must hold."""
+"""Of the area of all others, which the outline must contain."""
 
 
 _Sorted = tuple[str | None, str, list[Rings], list[FloatArray]]
@@ -172,7 +172,7 @@ def _use_of(properties: Mapping[str, Any]) -> str | None:
     if said is not None:
         known = (*Use, WALL)
         if said not in known:
-            raise OSError(f"has a feature whose use is '{said}', which is none of {', '.join(known)}")
+            raise OSError(f"has a feature with the use '{said}', which is not one of {', '.join(known)}")
         return str(said)
     indoor = properties.get("indoor")
     return WALL if indoor == WALL else _INDOOR.get(str(indoor))
@@ -181,7 +181,7 @@ def _use_of(properties: Mapping[str, Any]) -> str | None:
 def _with_use(
     unsaid: Sequence[tuple[list[Rings], str]], said: Sequence[PlanPolygon], source: PlanSource
 ) -> list[PlanPolygon]:
-    """Tell what polygons are that do not say it: the one that holds all others is the outline."""
+    """Classify polygons that have no use: the one that contains all others is the outline."""
     outline = None if any(each.use == Use.OUTLINE for each in said) else _holder(unsaid)
     outlined = outline is not None or any(each.use == Use.OUTLINE for each in said)
     rest = Use(source.others) if source.others else (Use.OBSTACLE if outlined else Use.WALKABLE)
@@ -193,7 +193,7 @@ def _with_use(
 
 
 def _holder(unsaid: Sequence[tuple[list[Rings], str]]) -> int | None:
-    """Which of these features holds all others."""
+    """Which of these features contains all others."""
     if not unsaid:
         return None
     shapes = [MultiPolygon([Polygon(*each) for each in polygons]).buffer(0) for polygons, _ in unsaid]

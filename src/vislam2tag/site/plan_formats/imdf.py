@@ -26,11 +26,11 @@ _LEVELS, _UNITS, _OPENINGS, _FIXTURES = (f"{name}.geojson" for name in ("level",
 _MOST_BYTES = 50_000_000
 """Of a file of the archive, unpacked; parsed it takes some ten times that."""
 _NOT_WALKED = {"column", "nonpublic", "opentobelow", "structure"}
-"""Categories of units that nobody walks in."""
+"""Categories of units that no one walks in."""
 
 
 def is_archive(path: Path) -> bool:
-    """An archive holds its levels."""
+    """An archive contains its levels."""
     try:
         return _member(path, _LEVELS) is not None
     except OSError:
@@ -89,7 +89,7 @@ def _level(levels: Sequence[Feature], wanted: str | None) -> Feature:
     there = ", ".join(each[-1] for each in names)
     if wanted is None:
         if len(levels) != 1:
-            raise OSError(f"has {len(levels)} levels; give level, one of: {there}")
+            raise OSError(f"has {len(levels)} levels; specify level, one of: {there}")
         return levels[0]
     chosen = [level for level, known in zip(levels, names, strict=True) if wanted in known]
     if len(chosen) != 1:
@@ -116,7 +116,7 @@ def _features(path: Path, name: str) -> list[Feature]:
     try:
         return features_of(data)[0]
     except OSError as error:
-        raise OSError(f"holds {name}, which {error}") from error
+        raise OSError(f"contains {name}, which {error}") from error
 
 
 def _member(path: Path, name: str) -> bytes | None:
@@ -133,7 +133,7 @@ def _member(path: Path, name: str) -> bytes | None:
     except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise OSError("cannot be read as a ZIP archive") from error
     if len(data) > _MOST_BYTES:
-        raise OSError(f"holds {name} of more than {_MOST_BYTES // 1_000_000} MB; make a smaller one")
+        raise OSError(f"contains {name}, which is larger than {_MOST_BYTES // 1_000_000} MB; make a smaller one")
     return data
 
 

@@ -20,7 +20,7 @@ _ROOT = re.compile(r"<svg\b[^>]*>", re.DOTALL)
 _LENGTH = re.compile(r"([0-9.]+(?:e[+-]?[0-9]+)?)\s*([a-z]*)", re.IGNORECASE)
 _INCH_M = 0.0254
 _PIXEL_M = _INCH_M / 96
-"""Of CSS; programs write it for any size, so that it tells none on paper."""
+"""Of CSS; programs write it for any size, so that it has none on paper."""
 _UNITS_M = {"mm": 1e-3, "cm": 1e-2, "in": _INCH_M, "pt": _INCH_M / 72, "pc": _INCH_M / 6}
 _LONGEST_PAPER_M = 5.0
 """What is larger was drawn in the building's own size."""
@@ -65,7 +65,7 @@ def read_svg(path: Path, source: PlanSource) -> PlanDrawing:
 
 
 def _size(text: str) -> tuple[float, float, float | None]:
-    """Width and height of the view box, else of the drawing, and metres on paper a unit where lengths tell."""
+    """Width and height of the view box, else of the drawing, and metres on paper a unit, if lengths show it."""
     root = _ROOT.search(text)
     if root is None:
         raise OSError("cannot be read as SVG")
@@ -75,11 +75,11 @@ def _size(text: str) -> tuple[float, float, float | None]:
     view = attributes.get("viewBox", "").replace(",", " ").split()
     width, height = (_length(each)[0] for each in view[2:]) if len(view) == 4 else (across_px, up_px)
     if not width or not height:
-        raise OSError("tells no size: its svg element needs a viewBox")
+        raise OSError("has no size: its svg element needs a viewBox")
     if not across_px or not up_px:
         return width, height, None
     if abs(across_px * height / (up_px * width) - 1) > _ASPECT_TOLERANCE:
-        raise OSError("has a width and height of another shape than its viewBox; correct one of them")
+        raise OSError("has a width and height with a different aspect ratio than its viewBox; correct one of them")
     on_paper_too = all(unit in _UNITS_M for _, unit in lengths)
     return width, height, across_px * _PIXEL_M / width if on_paper_too else None
 
@@ -104,9 +104,9 @@ _UNSEEN = {"defs", "symbol", "clipPath", "mask", "style", "title", "desc", "meta
 def svg_texts(svg: str, height: float) -> tuple[PlanText, ...]:
     """Texts of a drawing, each where it begins, in the view box's coordinates but with y upwards from ``height``.
 
-    None of a file that is no XML, which its drawing tells, or that defines entities.
+    None of a file that is not XML, which its drawing reports, or that defines entities.
     """
-    if "<!ENTITY" in svg:  # what such a file grows to nobody knows
+    if "<!ENTITY" in svg:  # what such a file grows to no one knows
         return ()
     try:
         root = ElementTree.fromstring(svg)  # noqa: S314 - no entities, in a process whose memory is bounded
@@ -143,7 +143,7 @@ def _first(lengths: str | None) -> float:
 
 
 def _transform(text: str) -> FloatArray:
-    """The matrix (3, 3) of a ``transform`` attribute; skews, which nobody writes plans with, are left out."""
+    """The matrix (3, 3) of a ``transform`` attribute; skews, which no one writes plans with, are left out."""
     whole: FloatArray = np.eye(3)
     for kind, inner in _TRANSFORM.findall(text):
         whole = whole @ _matrix(kind, [float(number) for number in _NUMBER.findall(inner)])

@@ -46,7 +46,7 @@ class PlanDrawing:
     polygons: tuple[PlanPolygon, ...] = ()
     walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     doors: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
-    """(d, 2, 2) lines of door leaves, drawn pale: nobody is stopped by them."""
+    """(d, 2, 2) lines of door leaves, drawn pale: no one is stopped by them."""
     passages: tuple[FloatArray, ...] = ()
     texts: tuple[PlanText, ...] = ()
     """What is written on it; each place is a point in the drawing's coordinates."""
@@ -57,11 +57,11 @@ class PlanDrawing:
     levels: tuple[str, ...] = ()
     """Names of all levels of its file, where that has levels."""
     unit_m: float | None = None
-    """Metres a unit, where the file tells; its origin is then the BCS's."""
+    """Metres a unit, if the file says so; its origin is then the BCS's."""
     paper_m: float | None = None
-    """Metres on paper a unit, where the file tells."""
+    """Metres on paper a unit, if the file says so."""
     epsg: int | None = None
-    """Reference system of the coordinates, where the file tells."""
+    """Reference system of the coordinates, if the file says so."""
 
     @property
     def point_count(self) -> int:
@@ -82,10 +82,10 @@ def bounds_of(points: FloatArray) -> Bounds:
     Raises OSError, whose text completes a sentence about the file, where they span no area.
     """
     if not len(points) or not np.isfinite(points).all():
-        raise OSError("holds nothing to draw")
+        raise OSError("contains nothing to draw")
     (left, low), (right, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
     if not (left < right and low < high):
-        raise OSError("spans no area: everything in it lies on one line")
+        raise OSError("spans no area: everything in it is on one line")
     return left, right, low, high
 
 
@@ -118,12 +118,12 @@ def mapped_texts(texts: tuple[PlanText, ...], to: Callable[[FloatArray], FloatAr
 
 
 def cropped(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:
-    """Keep of a picture what lies between ``area``, in the drawing's coordinates with y upwards.
+    """Keep of a picture what is between ``area``, in the drawing's coordinates with y upwards.
 
     Raises OSError, whose text completes a sentence about the file, where that is nothing, or the drawing no picture.
     """
     if drawing.picture is None:
-        raise OSError("is no picture, of which area takes a part; choose layers or a level instead")
+        raise OSError("is not a picture, but area selects a part of a picture; choose layers or a level instead")
     whole, picture = drawing.bounds, drawing.picture
     left, right, low, high = (
         max(area[0], whole[0]), min(area[1], whole[1]), max(area[2], whole[2]), min(area[3], whole[3])
@@ -174,7 +174,7 @@ def register(plan_format: PlanFormat) -> None:
 def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
     """Read a plan of any known format; raises OSError, whose text completes a sentence about the file."""
     if not path.exists():
-        raise OSError("is not there: correct its name or add it")
+        raise OSError("does not exist: correct its name, or add the file")
     suffix = "" if path.is_dir() else path.suffix.lower()
     for known in FORMATS.all().values():
         if suffix in known.suffixes and known.recognises(path):
@@ -185,8 +185,8 @@ def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
             refuse_too_many(drawing.point_count)
             return drawing
     if suffix == ".dwg":
-        raise OSError("is a DWG, which only its maker's programs read; save it as DXF")
-    raise OSError(f"is of no known format; plans end with {', '.join(plan_suffixes())}")
+        raise OSError("is a DWG file, which cannot be read; save it as DXF")
+    raise OSError(f"has an unknown format; plans end with {', '.join(plan_suffixes())}")
 
 
 def plan_suffixes() -> tuple[str, ...]:
@@ -196,21 +196,21 @@ def plan_suffixes() -> tuple[str, ...]:
 
 _WGS84 = 4326
 NO_SCALE = (
-    "has no scale: give extent = { width_m = ..., height_m = ... }, two points, a distance, a scale or unit_m in its "
-    "[floors.plan] of site.toml"
+    "has no scale: specify extent = { width_m = ..., height_m = ... }, two points, a distance, a scale or unit_m in "
+    "its [floors.plan] of site.toml"
 )
 _NO_PAPER = (
-    "tells no size on paper, which a scale such as 1:100 needs (PDF, and SVG in mm, cm, in, pt or pc, do); give its "
-    "extent or a distance instead"
+    "has no size on paper, which a scale such as 1:100 needs (PDF, and SVG in mm, cm, in, pt or pc, have one); "
+    "specify its extent or a distance instead"
 )
 
 
 def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference | None) -> tuple[PlanDrawing, Affine2]:
     """Return a drawing (its ``area``) on a plane, and the map ``bcs_T_plan`` from that plane to the BCS.
 
-    A drawing that lies on earth is projected: into the BCS where the floor's ``georeference`` tells where that is,
-    else around its own middle. Then its scale counts. Raises OSError, whose text completes a sentence about the file,
-    where it has none.
+    A drawing that is on earth is projected: into the BCS where the floor's ``georeference`` says where that is, else
+    around its own middle. Then its scale counts. Raises OSError, whose text completes a sentence about the file, where
+    it has none.
     """
     epsg = source.epsg or drawing.epsg
     points = _as_given(drawing, _points(source))
@@ -300,7 +300,7 @@ def _degrees(to_wgs84: Transformer, points: FloatArray) -> FloatArray:
     """Longitudes and latitudes (n, 2) of points (..., 2)."""
     degrees = np.column_stack(to_wgs84.transform(*points.reshape(-1, 2).T))
     if not np.isfinite(degrees).all():
-        raise OSError("has coordinates that its reference system does not have; correct epsg")
+        raise OSError("has coordinates outside its reference system; correct epsg")
     return degrees
 
 
@@ -311,4 +311,4 @@ def _transformer(epsg: int) -> Transformer:
     try:
         return Transformer.from_crs(epsg, _WGS84, always_xy=True)
     except ProjError as error:
-        raise OSError(f"is said to be in EPSG:{epsg}, which is no reference system known") from error
+        raise OSError(f"is said to be in EPSG:{epsg}, which is not a known reference system") from error

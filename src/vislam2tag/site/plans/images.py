@@ -25,12 +25,12 @@ def load_plan(path: Path, side_px: int) -> Image.Image:
     """Return a plan with all its pixels in memory.
 
     A JPEG is decoded at the smallest fraction of its size whose sides are still at least ``side_px``, any other
-    format in full. Raises OSError, whose text completes a sentence about the file, where it is no whole image (JPEG,
+    format in full. Raises OSError, whose text completes a sentence about the file, where it is not a whole image (JPEG,
     PNG, BMP, GIF, TIFF or WebP) or would be more than :data:`MOST_PIXELS`.
     """
     try:
         with warnings.catch_warnings():
-            # A huge plan is no attack here, and odd metadata no harm: it is the surveyor's own file.
+            # A huge plan is not an attack here, and odd metadata do no harm: it is the surveyor's own file.
             warnings.simplefilter("ignore")
             with Image.open(plain(path), formats=_FORMATS) as image:
                 image.draft("RGB", (side_px, side_px))

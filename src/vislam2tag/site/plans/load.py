@@ -55,7 +55,8 @@ def floor_plan(floor: Floor, side_px: int = GREATEST_PX) -> FloorPlan:
         raise SurveyError(f"{floor.plan}: the plan of floor {floor.number} {error}") from error
     if plan.image.size and (plan.image == plan.image[:1, :1]).all():
         raise SurveyError(
-            f"{floor.plan}: the plan of floor {floor.number} shows nothing: all its pixels have one colour; replace it"
+            f"{floor.plan}: the plan of floor {floor.number} shows nothing: all its pixels have the same colour; "
+            "replace it"
         )
     return plan
 
@@ -114,7 +115,7 @@ class PlanLook:
     is_picture: bool
     downwards: bool
     paper_m: float | None
-    """Metres on paper a unit, where the file tells."""
+    """Metres on paper a unit, if the file says so."""
     levels: tuple[str, ...] = ()
     """Names of the file's levels, where it has levels."""
 
@@ -148,7 +149,7 @@ def unplaced_picture(path: Path, source: PlanSource, side_px: int) -> Image.Imag
 
 
 def check_image(path: Path) -> None:
-    """Raise OSError, whose text completes a sentence about the file, where it is no whole image."""
+    """Raise OSError, whose text completes a sentence about the file, where it is not a whole image."""
     read_guarded(path, _decode, path)
 
 
@@ -187,12 +188,13 @@ def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -
 
 
 def _refuse_size(extent: Bounds) -> None:
-    """Raise OSError, whose text completes a sentence about the file, for a plan that is no building's."""
+    """Raise OSError, whose text completes a sentence about the file, for a plan that is not a building's."""
     left, right, low, high = extent
     if not (_LEAST_M <= right - left <= MAX_FLOOR_M and _LEAST_M <= high - low <= MAX_FLOOR_M):
         raise OSError(
-            f"is {right - left:g} m wide and {high - low:g} m high, from ({left:g}, {low:g}) to ({right:g}, {high:g}); "
-            f"a side may be {_LEAST_M:g} to {MAX_FLOOR_M:g} m long: correct its scale, or remove what is drawn far away"
+            f"is {right - left:g} m wide and {high - low:g} m high, from ({left:g}, {low:g}) to ({right:g}, "
+            f"{high:g}); a side may be {_LEAST_M:g} to {MAX_FLOOR_M:g} m long: correct its scale, or remove lines "
+            "that are drawn far away"
         )
 
 
@@ -223,7 +225,7 @@ def _useful_px(drawing: PlanDrawing, bcs_T_plan: Affine2) -> int:
 def _published(floor: Floor, path: Path) -> PlanSource:
     """A plan of the published layout covers exactly the floor's extent."""
     if floor.width_m is None or floor.height_m is None:
-        raise OSError("has no scale: no file gives the floor's size; add it to floor_dimensions.csv")
+        raise OSError("has no scale, because no file contains the floor's size; add it to floor_dimensions.csv")
     return PlanSource(file=path.name, extent=Extent(width_m=floor.width_m, height_m=floor.height_m))
 
 

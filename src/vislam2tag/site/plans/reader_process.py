@@ -1,6 +1,6 @@
 """Plans are read in a process of its own, with limits: what a damaged or hostile drawing does there is one message.
 
-The libraries that read drawings recurse, loop and allocate as a file tells them. One child serves all plans of a
+The libraries that read drawings recurse, loop and allocate as a file makes them. One child serves all plans of a
 command; small images, whose reader has limits of its own, are read here.
 """
 
@@ -73,7 +73,7 @@ def _is_small_image(path: Path) -> bool:
             warnings.simplefilter("ignore")
             with Image.open(path) as image:
                 return image.width * image.height <= READ_HERE_PIXELS
-    except Exception:  # the reader tells what is wrong
+    except Exception:  # the reader reports the error
         return True
 
 
@@ -90,7 +90,7 @@ class _Child:
         with self._one_at_a_time:
             process = self._running()
             if process is None:
-                return "cannot be read: the process that reads plans does not start", None
+                return "cannot be read, because the process that reads plans does not start", None
             answer: Answer | None = _exchange(process, request, WALL_S)
             return (_cause(self.end()), None) if answer is None else answer
 
@@ -134,8 +134,8 @@ def _exchange(process: subprocess.Popen[bytes], request: bytes, limit_s: float) 
 
 def _cause(code: int) -> str:
     if code in (-getattr(signal, "SIGXCPU", 0), -getattr(signal, "SIGKILL", 0)):
-        return f"takes longer than {CPU_S} s to be read, or too much memory; make a simpler one"
-    return "cannot be read: its reader broke down over it; it is damaged, or nested too deep"
+        return f"takes longer than {CPU_S} s or too much memory to be read; make a simpler one"
+    return "cannot be read, because its reader crashed: the file is damaged or nested too deep"
 
 
 _child = _Child()
@@ -148,7 +148,7 @@ def serve() -> None:
     """Answer the requests of a parent until it ends; the child's main function."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no answer
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is not an answer
     FORMATS.all()  # the modules of formats; that of the function is imported when the first request is unpickled
     _send(answers, "ready")
     while True:

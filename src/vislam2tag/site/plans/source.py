@@ -17,7 +17,7 @@ from vislam2tag.core.limits import MAX_FLOOR_M
 
 SCALES = ("extent", "points", "distance", "scale", "unit_m")
 GREATEST_M = 1e6
-"""As for coordinates of landmarks: no building lies further from its origin."""
+"""As for coordinates of landmarks: no building is further from its origin."""
 Point = tuple[FiniteFloat, FiniteFloat]
 Metres = Annotated[float, Field(gt=0, le=GREATEST_M)]
 Side = Annotated[float, Field(gt=0, le=MAX_FLOOR_M)]
@@ -38,7 +38,7 @@ class Extent(_Part):
     @model_validator(mode="after")
     def _a_side(self) -> Self:
         if self.width_m is None and self.height_m is None:
-            raise ValueError("give width_m, height_m, or both")
+            raise ValueError("specify width_m, height_m, or both")
         return self
 
 
@@ -66,7 +66,7 @@ class ScaleDistance(_Part):
 
 
 class DrawingScale(_Part):
-    """The scale a drawing is printed at, of files that tell their size on paper (PDF; SVG in mm, cm, in, pt or pc)."""
+    """The scale a drawing is printed at, of files with a size on paper (PDF; SVG in mm, cm, in, pt or pc)."""
 
     one_to: Annotated[float, Field(gt=0, le=GREATEST_M)]
     """100 of a drawing at 1:100."""
@@ -75,11 +75,11 @@ class DrawingScale(_Part):
 
 
 class PlanSource(_Part):
-    """A plan file and its scale; at most one of :data:`SCALES`, none where the file itself tells its scale.
+    """A plan file and its scale; at most one of :data:`SCALES`, none if the file itself contains its scale.
 
     The plan's own coordinates are pixels (PNG, JPG) or units of the drawing (SVG), both from the upper left corner
-    downwards; points of 1/72 inch from the lower left corner upwards (PDF); coordinates of the file (DXF, GeoJSON,
-    IMDF).
+    downwards. Those of a PDF are points of 1/72 inch from the lower left corner upwards. DXF, GeoJSON and IMDF have
+    coordinates of their own.
     """
 
     file: Annotated[str, Field(min_length=1)]
@@ -89,12 +89,12 @@ class PlanSource(_Part):
     level: str | None = None
     """Of an IMDF archive: id, ordinal or short name; the first level where this is empty."""
     layers: tuple[str, ...] = ()
-    """Of a DXF: those that hold walls; none given: those that are called so, else all but doors and text."""
+    """Of a DXF: those that contain walls; none given: those that are called so, else all but doors and text."""
     others: Literal["walkable", "obstacle"] | None = None
-    """What polygons are that do not say their use; not given: obstacles where one polygon holds them all, else
+    """What polygons are that do not say their use; not given: obstacles if one polygon contains them all, else
     walkable."""
     epsg: Annotated[int, Field(gt=0)] | None = None
-    """Reference system of the file's coordinates, where the file does not tell (DXF) or tells wrongly."""
+    """Reference system of the file's coordinates, if the file does not contain it (DXF) or is wrong."""
     area: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] | None = None
     """Of a picture (image, PDF, SVG): two opposite corners, x, y, x, y, of the part that counts, in the plan's own
     coordinates; not given: all of it."""
@@ -109,13 +109,13 @@ class PlanSource(_Part):
     def _makes_sense(self) -> Self:
         path = PurePosixPath(self.file)
         if path.is_absolute() or ".." in path.parts:
-            raise ValueError(f"file {self.file} lies outside the survey; copy it there")
+            raise ValueError(f"file {self.file} is outside the survey; copy it into the survey")
         given = [name for name in SCALES if getattr(self, name) is not None]
         if len(given) > 1:
             raise ValueError(f"{' and '.join(given)} are given; keep one of them")
         first, second = self.points or (None, None)
         if first and second and (first.plan == second.plan or first.bcs_m == second.bcs_m):
-            raise ValueError("points are two identical points, which tell no scale; give two different ones")
+            raise ValueError("points are identical, so they give no scale; specify two different ones")
         return self
 
 
@@ -125,7 +125,7 @@ class Use(StrEnum):
     WALKABLE = "walkable"
     """People can walk here: corridors, rooms, open areas."""
     OBSTACLE = "obstacle"
-    """Nobody can walk here: shops that are closed off, columns, voids."""
+    """No one can walk here: shops that are closed off, columns, voids."""
     OPENING = "opening"
     """A door or passage that joins walkable polygons."""
     OUTLINE = "outline"
@@ -144,7 +144,7 @@ class PlanPolygon:
 
 @dataclass(frozen=True)
 class PlanText:
-    """A piece of text on a plan, and the middle of where it stands (x, y): BCS metres once the plan is placed."""
+    """A piece of text on a plan, and its middle (x, y): BCS metres once the plan is placed."""
 
     text: str
     place_m: tuple[float, float]
@@ -156,7 +156,7 @@ class FloorPlan:
 
     ``extent_m`` is left, right, lower, upper, BCS metres. ``image`` (rows, columns, 3) uint8, row 0 at the top, covers
     exactly that extent; every format has one (vector plans are drawn). ``walls`` (w, 2, 2) are line segments that
-    nobody walks through, doors left open; empty where the format tells of none.
+    no one walks through, doors left open; empty if the format has none.
     """
 
     extent_m: tuple[float, float, float, float]
@@ -164,7 +164,7 @@ class FloorPlan:
     polygons: tuple[PlanPolygon, ...] = ()
     walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     texts: tuple[PlanText, ...] = ()
-    """What is written on the plan, where the format tells."""
+    """What is written on the plan, if the format contains them."""
 
     @property
     def pixel_m(self) -> tuple[float, float]:

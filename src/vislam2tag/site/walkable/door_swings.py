@@ -1,4 +1,4 @@
-"""Doors drawn with their swing: the quarter circle about the hinge and the open leaf are no walls."""
+"""Doors drawn with their swing: the quarter circle about the hinge and the open leaf are not walls."""
 
 from __future__ import annotations
 

@@ -49,22 +49,22 @@ def polygon_area(plan: FloorPlan, settings: WalkableSettings) -> WalkableArea | 
 
 
 def drawn_walls(plan: FloorPlan, grid: CellGrid) -> BoolArray:
-    """Tell which cells (rows, columns) lie in a plan's lines and obstacles."""
+    """Return which cells (rows, columns) lie in a plan's lines and obstacles."""
     walls = line_walls(plan.walls, grid, WALL_M) | use_cells(plan.polygons, Use.OBSTACLE, grid)
     return walls & ~use_cells(plan.polygons, Use.OPENING, grid)
 
 
 def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArray:
-    """Tell which cells lie in walls given as segments (w, 2, 2); none is thinner than a cell, so that all hold."""
+    """Return which cells lie in walls given as segments (w, 2, 2); none is thinner than a cell, so that all hold."""
     half_m = max(thickness_m, _HOLDS_CELLS * grid.cell_m) / 2
     return cells_in(shapely.union_all(shapely.buffer(shapely.linestrings(walls), half_m, cap_style="square")), grid)
 
 
 def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid) -> BoolArray:
-    """Tell which cells (rows, columns) polygons make walkable.
+    """Return which cells (rows, columns) polygons make walkable.
 
     Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Where the plan has openings,
-    walkable polygons are walled off from each other but for their openings; one without any opening joins its
+    walkable polygons are walled off from each other except for their openings; one without any opening joins its
     neighbours.
     """
     by_use = {use: [_shape(polygon) for polygon in polygons if polygon.use is use] for use in Use}
@@ -78,7 +78,7 @@ def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid) -> BoolArra
 
 
 def use_cells(polygons: tuple[PlanPolygon, ...], use: Use, grid: CellGrid) -> BoolArray:
-    """Tell which cells (rows, columns) lie in a plan's polygons of this use."""
+    """Return which cells (rows, columns) lie in a plan's polygons of this use."""
     return cells_in(shapely.union_all([_shape(polygon) for polygon in polygons if polygon.use is use]), grid)
 
 
@@ -91,7 +91,7 @@ def _walled(shape: BaseGeometry, openings: BaseGeometry, wall_m: float) -> BaseG
 
 
 def cells_in(shape: BaseGeometry, grid: CellGrid) -> BoolArray:
-    """Tell which cells (rows, columns) have their centre in polygons: an odd number of edges lies to the left of it."""
+    """Return which cells (rows, columns) have their centre in polygons: an odd number of edges is to the left of it."""
     rings = [
         shapely.get_coordinates(ring)
         for part in shapely.get_parts(shape)
@@ -118,7 +118,7 @@ def cells_in(shape: BaseGeometry, grid: CellGrid) -> BoolArray:
 CELL_M = 0.25
 """Walls need not be finer than steps are known."""
 _PICTURE_PX = 512
-"""Nobody looks at the picture of the plan here."""
+"""No one looks at the picture of the plan here."""
 _areas: dict[str, WalkableArea | None] = {}
 """What was read in this process, by its mark: the sessions of a floor share it."""
 
@@ -137,9 +137,9 @@ def drawing_mark(floor: Floor) -> str | None:
 
 
 def drawn_area(floor: Floor) -> WalkableArea | None:
-    """Where the floor can be walked; None where its plan is no drawing, or one that does not tell.
+    """Where the floor can be walked; None where its plan is not a drawing, or one that does not show it.
 
-    Raises StoreError where the drawing lies in a store and cannot be fetched as it was when the survey was opened.
+    Raises StoreError where the drawing is in a store and cannot be fetched as it was when the survey was opened.
     """
     mark = drawing_mark(floor)
     if mark is None:
@@ -163,7 +163,9 @@ def _plan_at_hand(floor: Floor) -> Iterator[Floor]:
     with scratch_folder() as scratch:
         plan = scratch / PurePosixPath(stored.name).name
         if stored.store.fetch(stored.name, scratch, plan.name) is None or _sha256(plan) != stored.sha256:
-            raise StoreError(f"{stored.store.address}/{stored.name}: has changed meanwhile; run the same command again")
+            raise StoreError(
+                f"{stored.store.address}/{stored.name}: was changed during the run; run the same command again"
+            )
         yield replace(floor, plan=plan)
 
 

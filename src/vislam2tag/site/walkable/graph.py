@@ -32,9 +32,9 @@ DOOR_M = 1.4
 DOOR_DEPTH_M = 2.0
 """A narrow passage longer than this is a corridor, metres."""
 ROOM_M = 12.0
-"""What lies behind doors and has more metres of graph than this is a corridor, not a room."""
+"""What is behind doors and has more metres of graph than this is a corridor, not a room."""
 HALL_M = 8.0
-"""Where the walls are farther apart than this, a floor is an open area, metres."""
+"""Where the walls are further apart than this, a floor is an open area, metres."""
 HALL_STEP_M = 6.0
 """Distance of nodes in open areas, metres."""
 
@@ -119,7 +119,7 @@ _SHORTCUT_STEPS = 2.3
 
 
 def open_cells(space: WalkableSpace) -> BoolArray:
-    """Tell which cells (rows, columns) lie in open areas: where a disc as wide as a hall fits, and enough of them."""
+    """Return which cells (rows, columns) lie in open areas: where a disc as wide as a hall fits, and enough of them."""
     radius = HALL_M / 2
     core = space.clearance_m >= radius
     if not core.any():
@@ -225,14 +225,14 @@ def _without_gaps(places: FloatArray, centres: FloatArray, clearance_m: FloatArr
 
 
 def _knit(network: Network, nodes: list[int], space: WalkableSpace, step_m: float) -> None:
-    """Join nodes that see each other: neighbours by branches, farther ones by shortcuts."""
+    """Join nodes that see each other: neighbours by branches, further ones by shortcuts."""
     places = np.array([network.places[node] for node in nodes])
     tree = KDTree(places)
     pairs = tree.query_pairs(_SHORTCUT_STEPS * step_m, output_type="ndarray")
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     pairs = pairs[space.clear_line(places[pairs[:, 0]], places[pairs[:, 1]])]
     middles, halves = places[pairs].mean(axis=1), np.linalg.norm(np.diff(places[pairs], axis=1)[:, 0], axis=1) / 2
-    # Neighbours (Gabriel): the circle over the line between them holds no third node.
+    # Neighbours (Gabriel): the circle over the line between them contains no third node.
     third = np.asarray(tree.query(middles, k=[3])[0]).reshape(-1)
     neighbours = third > halves * (1 + 1e-6)
     for (one, other), near in zip(pairs.tolist(), neighbours.tolist(), strict=True):
@@ -247,7 +247,7 @@ class NodeKind(StrEnum):
     TURN = "turn"
     """A corridor changes its direction."""
     STRAIGHT = "straight"
-    """A corridor goes on, and the door of a room lies beside it."""
+    """A corridor goes on, and the door of a room is beside it."""
     JUNCTION = "junction"
     """Corridors meet."""
     DEAD_END = "dead end"
@@ -320,7 +320,7 @@ def corridor_graph(space: WalkableSpace) -> CorridorGraph:
 
 
 def _in_room(network: Network, number: int, places: Mapping[NodeKind, set[int]]) -> bool:
-    """Whether a branch lies in a room or leads through a door into one."""
+    """Whether a branch is in a room or leads through a door into one."""
     ends = {network.branches[number].first, network.branches[number].last}
     behind = {after for door in ends & places[NodeKind.DOOR] for after in network.neighbours(door)}
     return bool((ends | behind) & places[NodeKind.ROOM])

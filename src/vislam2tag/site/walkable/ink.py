@@ -19,9 +19,9 @@ from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regio
 Bytes = npt.NDArray[np.uint8]
 
 STROKE_SHARE = 0.4
-"""Strokes thinner than this share of the walls' usual thickness are no walls: door swings, dimensions, text."""
+"""Strokes thinner than this share of the walls' usual thickness are not walls: door swings, dimensions, text."""
 SYMBOL_M = 2.0
-"""Ink that touches nothing else and fits into a square of this side is no wall: text, furniture; metres."""
+"""Ink that touches nothing else and fits into a square of this side is not a wall: text, furniture; metres."""
 SWING_M = (0.5, 1.4)
 """Quarter circles with a radius in this range are swings of doors, metres."""
 FAINTEST = 32
@@ -31,7 +31,7 @@ _LEAST_SHARE = 1e-4
 _OWN_SHARE = 0.1
 """Less faint ink than this share of the strong one is text or noise."""
 _FILL_SHARE = 0.02
-"""Of lines less than this share lies farther off an edge than a line's half width."""
+"""Of lines less than this share is further off an edge than a line's half width."""
 _LINE_PX = 4.0
 """Lines may be so wide at least, pixels."""
 _WEIGHTS = np.array([0.299, 0.587, 0.114])
@@ -62,7 +62,7 @@ def _paper_colour(image: Bytes) -> Bytes:
 
 
 def walls_in(ink: Bytes, contrast: float | None, line_px: float) -> BoolArray:
-    """Tell which pixels (rows, columns) are walls: by a contrast (0 to 1) or, without one, by Otsu's threshold among
+    """Return which pixels (rows, columns) are walls: by a contrast (0 to 1) or, without one, by Otsu's threshold among
     all ink.
 
     Otsu's threshold parts walls from fills; where the fainter part is lines (thinner than ``line_px``), it is walls as
@@ -72,8 +72,8 @@ def walls_in(ink: Bytes, contrast: float | None, line_px: float) -> BoolArray:
     some = ink > (FAINTEST if contrast is None else contrast * 255)
     if some.mean() < _LEAST_SHARE:
         raise SurveyError(
-            "the plan's image shows no walls: nothing stands out from its paper; expected walls that are much darker "
-            "(or lighter) than the floor between them; give another image, a lower wall contrast or polygons"
+            "the plan's image shows no walls; expected walls that are much darker (or lighter) than the floor "
+            "between them. Use another image, a lower wall contrast or polygons"
         )
     if contrast is not None:
         return np.asarray(some)
@@ -104,18 +104,18 @@ def _is_lines(ink: BoolArray, line_px: float) -> bool:
 
 
 _THICKEST_M = 0.6
-"""What is thicker is no wall but a solid area, metres."""
+"""What is thicker is not a wall but a solid area, metres."""
 _BOLD = 0.7
 """Strokes of at least this share of the walls' thickness are as bold as walls."""
 _FULL = 0.75
 """A column or a piece of wall fills at least this share of the rectangle around it; letters and outlines do not."""
 _LEAST_CIRCLE_PX = 6.0
 _LEAST_BOLD_PX = 4.0
-"""Where walls are thinner, in pixels, their thickness tells nothing."""
+"""Where walls are thinner, in pixels, their thickness is meaningless."""
 
 
 def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: WalkableSettings) -> BoolArray:
-    """Leave of the ink (rows, columns) on a plan, pixels of ``pixel_m``, what nobody walks through.
+    """Leave of the ink (rows, columns) on a plan, pixels of ``pixel_m``, what no one walks through.
 
     ``drawn_m`` is the pixel in which the plan was drawn, larger where ``ink`` is an enlargement.
     """
@@ -125,7 +125,7 @@ def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: Walkabl
     thickness = usual_thickness(walls, thickest_px)
     if thickness >= _LEAST_BOLD_PX:
         walls = _without_thin(walls, thickness * STROKE_SHARE)
-    # Circles of a few pixels cannot be told from corners.
+    # Circles of a few pixels cannot be determined from corners.
     least_m, most_m = max(SWING_M[0], _LEAST_CIRCLE_PX * drawn_m), SWING_M[1]
     return without_swings(walls, (least_m / pixel_m, most_m / pixel_m)) if least_m < most_m else walls
 
@@ -154,7 +154,7 @@ def _filled(ink: BoolArray, passage_px: float) -> BoolArray:
 
 
 def _without_symbols(walls: BoolArray, thickness_px: float, symbol_px: float) -> BoolArray:
-    """Leave out of walls (rows, columns) small ink that touches nothing else, but for columns and pieces of wall."""
+    """Leave out of walls (rows, columns) small ink that touches nothing else, except for columns and pieces of wall."""
     labels, boxes, sides = parts_of(walls)
     small = np.flatnonzero(sides < symbol_px).tolist()
     left_out = np.zeros(len(boxes), dtype=np.bool_)
@@ -201,10 +201,10 @@ _DIRECTIONS = 12
 
 
 def lettering(image: Bytes, ink: Bytes, walls: BoolArray, symbol_px: float) -> BoolArray:
-    """Tell which pixels of an image (rows, columns, 3) are text, where walls have another colour.
+    """Return which pixels of an image (rows, columns, 3) are text, where walls have another colour.
 
     ``ink`` and ``walls`` (rows, columns) are the image's own. Ink that touches nothing else and is as large as letters
-    tells the text's colour; without enough of it, or where walls have that colour, nothing is text.
+    has the text's colour; without enough of it, or where walls have that colour, nothing is text.
     """
     letters = _letters(walls, max(symbol_px, _LETTER_PX[1]))
     colour = _colour_of(image, ink, letters)
@@ -269,13 +269,13 @@ def _going_on_below(walls: BoolArray) -> BoolArray:
 
 
 _BELOW_PX = 5.0
-"""What lies below text is guessed from so many pixels around."""
+"""What is below text is guessed from so many pixels around."""
 _DIAGONAL = 0.4
 """Pixels that touch at a corner stay joined where an enlarged image has more than this."""
 
 
 def image_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
-    """Tell which cells (rows, columns) the plan's image shows as walls; raises SurveyError where it shows none."""
+    """Return which cells (rows, columns) the plan's image shows as walls; raises SurveyError where it shows none."""
     left, right, low, high = plan.extent_m
     width, height = right - left, high - low
     finest = float(np.sqrt(width * height / settings.max_pixels))

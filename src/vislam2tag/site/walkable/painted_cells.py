@@ -29,7 +29,7 @@ _MASK_PIXELS = 8192
 
 
 def read_mask(path: Path) -> Bytes:
-    """Read a correction (rows, columns, 4) uint8; raises SurveyError where the file is no image or says nothing."""
+    """Read a correction (rows, columns, 4) uint8; raises SurveyError where the file is not an image or says nothing."""
     try:
         image = load_plan(path, _MASK_PIXELS).convert("RGBA")
     except OSError as error:
@@ -38,8 +38,8 @@ def read_mask(path: Path) -> Bytes:
     mask = np.asarray(image)
     if not any(painted.any() for painted in _painted(mask)):
         raise SurveyError(
-            f"{path}: nothing in it is green (walkable) or red (not): paint with pure colours, such as those of the "
-            "mask that site walkable writes"
+            f"{path}: it contains neither green (walkable) nor red (not walkable): paint with pure colours, such as "
+            "those of the mask that site walkable writes"
         )
     return mask
 
@@ -54,8 +54,8 @@ def floor_mask(floor: Floor, given: Path | None = None) -> Bytes | None:
 
 
 def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:
-    """Tell which cells (rows, columns) are painted walkable and which not; the mask covers the grid's extent, row 0 at
-    the top.
+    """Return which cells (rows, columns) are painted walkable and which not; the mask covers the grid's extent, row 0
+    at the top.
     """
     if mask is None:
         return np.zeros(grid.shape, dtype=np.bool_), np.zeros(grid.shape, dtype=np.bool_)
@@ -91,7 +91,7 @@ def clearance_cells(free: BoolArray) -> FloatArray:
 
 
 def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tuple[BoolArray, tuple[Finding, ...]]:
-    """Tell which cells (rows, columns) are no wall and not outside the building.
+    """Return which cells (rows, columns) are neither wall nor outside the building.
 
     The outside is what a disc as wide as an entrance reaches from beyond the plan. Where that leaves next to nothing,
     the plan has no outer wall and all of it is inside.
@@ -105,8 +105,8 @@ def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tu
     if inside.mean() >= _LEAST_INSIDE:
         return inside, ()
     message = (
-        "the plan has no closed outer wall, so all that is no wall counts as inside the building; draw the outside red "
-        "in a correction mask"
+        "the plan has no closed outer wall, so everything except walls counts as inside the building; paint the "
+        "outside red in a mask and pass it as --mask"
     )
     return free, (Finding(kind="no_outer_wall", file="", count=1, message=message),)
 
@@ -138,8 +138,8 @@ def _closed_off(labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid) ->
     named = [f"{areas[part]:.0f} m2 at {_place(labels, part, grid)}" for part in others[:ROWS_NAMED]]
     more = f" and {len(others) - ROWS_NAMED} smaller ones" if len(others) > ROWS_NAMED else ""
     message = (
-        f"closed off by walls and left out: {', '.join(named)}{more}; where people do walk there, draw the doors green "
-        "in a correction mask"
+        f"rooms without an open door are excluded: {', '.join(named)}{more}; if people walk there, paint the doors "
+        "green in a mask and pass it as --mask"
     )
     return (Finding(kind="closed_off", file="", count=len(others), message=message),)
 

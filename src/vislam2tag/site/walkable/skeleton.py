@@ -22,10 +22,10 @@ from vislam2tag.site.walkable.space import WalkableSpace
 from vislam2tag.site.walkable.walking_distances import WalkingDistances
 
 SPUR_SHARE = 0.5
-"""A branch into a corner is no dead end where it leaves the largest disc at its foot by less than this share of
+"""A branch into a corner is not a dead end where it leaves the largest disc at its foot by less than this share of
 the disc's radius."""
 MERGE_M = 1.0
-"""Nodes nearer to each other than this (or than the corridor's half width there) become one, metres."""
+"""Nodes closer to each other than this (or than the corridor's half width there) become one, metres."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Network:
         self.add(first, last, line)
 
     def join_through(self, keep: set[int] | frozenset[int] = frozenset()) -> None:
-        """Join at every node in which just two branches meet, but for those to keep."""
+        """Join at every node in which just two branches meet, except for those to keep."""
         for node in list(self.places):
             numbers = self._at[node]
             if node not in keep and len(numbers) == 2 and numbers[0] != numbers[1]:
@@ -153,9 +153,9 @@ _PILLAR_M = 1.0
 _SMOOTH_CELLS = 1.0
 """Spread of the blur that takes roughness off the walls, cells."""
 _CORNER_M = 0.3
-"""A line that ends nearer than this to the walls ends in a corner."""
+"""A line that ends closer than this to the walls ends in a corner."""
 _NICHE = 1.2
-"""A niche is no dead end where it is less deep than this many times its half width."""
+"""A niche is not a dead end where it is less deep than this many times its half width."""
 
 
 def skeleton(space: WalkableSpace) -> Network:
@@ -191,7 +191,7 @@ def clear_spurs(network: Network, space: WalkableSpace) -> None:
 
 
 def _is_spur(network: Network, number: int, tip: int, space: WalkableSpace) -> bool:
-    """Whether a dead end reaches hardly farther than the largest disc at its foot."""
+    """Whether a dead end reaches hardly further than the largest disc at its foot."""
     branch = network.branches[number]
     foot_m, tip_m = space.clearance_at(np.array((network.places[branch.other(tip)], network.places[tip]))).tolist()
     reach: float = branch.length_m + tip_m - foot_m
@@ -259,13 +259,13 @@ _STRAIGHT_SHARE = 0.3
 """Lines are straightened within this share of the distance to the walls, metres and at most ``_STRAIGHT_M``."""
 _STRAIGHT_M = (0.1, 0.5)
 _TURN_M = 2.0
-"""Bends nearer to each other than this are one turn, metres."""
+"""Bends closer to each other than this are one turn, metres."""
 _AHEAD_M = 1.5
 """So far from a node the direction of its branches is taken."""
 
 
 def merge_near(network: Network, space: WalkableSpace, fixed: set[int]) -> None:
-    """Make one junction of two that are nearer than :data:`MERGE_M` or the walls, the nearest first."""
+    """Make one junction of two that are closer than :data:`MERGE_M` or the walls, the nearest first."""
     while True:
         near = [
             (branch.length_m, number)

@@ -53,7 +53,7 @@ class WalkableSpace:
 
     @cached_property
     def clearance_m(self) -> FloatArray:
-        """Distance (rows, columns) from each cell's centre to the nearest wall, 0 where nobody can walk, metres."""
+        """Distance (rows, columns) from each cell's centre to the nearest wall, 0 where no one can walk, metres."""
         from scipy.ndimage import distance_transform_edt  # slow to load, and who only needs settings does without
 
         padded = np.pad(self.area.mask, 1)
@@ -61,15 +61,15 @@ class WalkableSpace:
         return np.maximum(cells - 0.5, 0.0) * self.area.cell_m
 
     def inside(self, points_m: FloatArray) -> BoolArray:
-        """Tell (n,) which points (n, 2) can be walked to."""
+        """Return (n,) which points (n, 2) can be walked to."""
         return self._at(points_m, self.area.mask)
 
     def clearance_at(self, points_m: FloatArray) -> FloatArray:
-        """Distance (n,) of points (n, 2) to the nearest wall; 0 where nobody can walk; metres."""
+        """Distance (n,) of points (n, 2) to the nearest wall; 0 where no one can walk; metres."""
         return self._at(points_m, self.clearance_m)
 
     def clear_line(self, start_m: FloatArray, stop_m: FloatArray) -> BoolArray:
-        """Tell (n,) which straight lines from ``start_m`` (n, 2) to ``stop_m`` (n, 2) cross no wall; both broadcast.
+        """Return (n,) which straight lines from ``start_m`` (n, 2) to ``stop_m`` (n, 2) cross no wall; both broadcast.
 
         An end may lie in a wall's surface, as that of a line to a sheet does.
         """
@@ -137,8 +137,9 @@ def walkable_space(
     region, closed_off = largest_region((free | green) & ~red, grid, settings)
     if not region.any():
         raise SurveyError(
-            "nothing on the plan can be walked; expected walls around free space that is wider than "
-            f"{settings.passage_m} m; check the plan's scale, or draw the floor green in a correction mask"
+            "the plan has no walkable space; expected walls around free space that is wider than "
+            f"{settings.passage_m} m. Check the plan's scale, or paint the floor green in a mask and pass it as "
+            "--mask"
         )
     area = WalkableArea(region, grid.origin_m, grid.cell_m)
     return WalkableSpace(area, wall_segments(area), findings + closed_off)

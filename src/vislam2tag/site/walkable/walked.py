@@ -1,6 +1,6 @@
 """Which areas of a floor's walkable space were walked and scanned, and the walk that would fill the rest.
 
-Near is what lies within a radius of a walk *on foot*, around walls: who passes a room outside has not been in it. The
+Near is what is within a radius of a walk *on foot*, around walls: who passes a room outside has not been in it. The
 radius is that of a data set's coverage.
 """
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 LEAST_M2 = 1.5
-"""What doors part off and is smaller than this is a niche, and belongs to what it lies beside."""
+"""What doors part off and is smaller than this is a niche, and belongs to what it is beside."""
 NAME_REACH_M = 1.0
 """A name may stand so far beside the walkable cells of its area: on a table, on a wall."""
 
@@ -38,18 +38,18 @@ class Areas:
 
     space: WalkableSpace
     number: IntArray
-    """(rows, columns) the area of each cell of the space, -1 where nobody can walk."""
+    """(rows, columns) the area of each cell of the space, -1 where no one can walk."""
     is_room: BoolArray
-    """(a,) whether it lies behind doors; else it is a corridor or a hall."""
+    """(a,) whether it is behind doors; else it is a corridor or a hall."""
     middle_m: FloatArray
-    """(a, 2) the place of each area farthest from its walls, BCS metres."""
+    """(a, 2) the place of each area furthest from its walls, BCS metres."""
     area_m2: FloatArray
     """(a,)."""
     names: tuple[str, ...]
     """(a) as the plan or the survey calls them; empty where neither does."""
 
     def at(self, points_m: FloatArray) -> IntArray:
-        """The area (n,) in which each point (n, 2) lies, -1 where it lies in none."""
+        """The area (n,) in which each point (n, 2) is, -1 where it is in none."""
         cells = self.space.area.grid.cells_of(np.asarray(points_m, dtype=np.float64).reshape(-1, 2))
         on = ((cells >= 0) & (cells < self.number.shape)).all(axis=1)
         found = np.full(len(cells), -1, dtype=np.int64)
@@ -65,7 +65,7 @@ class Areas:
         return f"{kind} at ({x:.0f}, {y:.0f})"
 
     def of_place(self, place_m: tuple[float, float]) -> str:
-        """What people call the area in or beside which a place lies; empty where there is none, or without a name."""
+        """What people call the area in or beside which a place is; empty where there is none, or without a name."""
         area = self._beside(np.array(place_m))
         return self.called(area) if area >= 0 and self.names[area] else ""
 
@@ -94,7 +94,7 @@ class Areas:
 
 
 def areas_of(space: WalkableSpace, graph: CorridorGraph) -> Areas:
-    """Part a space at the doors of its graph; what no node of a corridor lies in is a room."""
+    """Part a space at the doors of its graph; what no node of a corridor is in is a room."""
     from vislam2tag.site.walkable.graph import NodeKind  # of an extra, which who only looks at areas does without
 
     mask, cell_m = space.area.mask, space.area.cell_m
@@ -147,15 +147,15 @@ def _middles(space: WalkableSpace, number: IntArray, count: int) -> FloatArray:
 RADIUS_M = 2.0
 """Half of what is walked between two scans of a phone (3 to 4 s at 1 m/s)."""
 STOP_RADIUS_M = 3.0
-"""Stops of the filling walk: it comes nearer on its way from one to the next."""
+"""Stops of the filling walk: it comes closer on its way from one to the next."""
 LEAST_GAP_M2 = 2.0
-"""Less than this that was not walked in an area is no reason to go there."""
+"""Less than this that was not walked in an area does not justify going there."""
 _OFF_SPACE_M = 0.5
 """Positions may lie so far outside the walkable space: labels are not exact, nor are plans."""
 MOST_STOPS = 500
 """A walk has so many stops at most, those that fill most: who walked it checks again."""
 _LOOK_M = 25.0
-"""Stops that are farther apart on foot come after each other only where nothing is nearer."""
+"""Stops that are further apart on foot come after each other only where nothing is closer."""
 _MANY_STOPS = 400
 """With so many stops one order is tried, with fewer several."""
 _APART = 1e4
@@ -208,7 +208,7 @@ class WalkedSpace:
 
 
 def walked_space(areas: Areas, walked_m: FloatArray, scanned_m: FloatArray) -> WalkedSpace:
-    """Tell what walks came near, by points along them (w, 2) about a metre apart, and places of scans (s, 2)."""
+    """Find what walks came near, by points along them (w, 2) about a metre apart, and places of scans (s, 2)."""
     distances = WalkingDistances(areas.space)
     walked_m, scanned_m = (points[np.isfinite(points).all(axis=1)] for points in (walked_m, scanned_m))
     walked_m = np.vstack((walked_m, scanned_m))  # who scanned was there
@@ -258,7 +258,7 @@ def filling_walk(space: WalkedSpace) -> WalkToFill | None:
 
 
 def _stops(places_m: FloatArray, area: IntArray, step_m: float) -> FloatArray:
-    """Places (s, 2) so that each of the places (n, 2) lies near one in its own area (n,); every second is looked at."""
+    """Places (s, 2) so that each of the places (n, 2) is near one in its own area (n,); every second is looked at."""
     row, column = np.round(places_m / step_m).astype(np.int64).T
     looked = (row % 2 == 0) & (column % 2 == 0)
     kept = looked | ~np.isin(area, area[looked])
@@ -272,7 +272,7 @@ class WalkedArea(Record):
     name: str
     """As people call it, ``room 2.114``; with its place where it has no name."""
     room: bool
-    """Whether it lies behind doors."""
+    """Whether it is behind doors."""
     area_m2: float
     walked: float
     """Share of it within 2 m of a walk, on foot, 0 to 1."""
@@ -302,7 +302,7 @@ class WalkedFloor(Record):
 
     @property
     def rooms(self) -> list[WalkedArea]:
-        """What lies behind doors."""
+        """What is behind doors."""
         return [area for area in self.areas if area.room]
 
     @property

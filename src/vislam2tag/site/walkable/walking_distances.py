@@ -45,7 +45,7 @@ class WalkingDistances:
         return np.asarray(np.maximum(lengths, straight))
 
     def off_space_m(self, points_m: FloatArray) -> FloatArray:
-        """How far (n,) each point (n, 2) lies from the nearest place of the space, metres."""
+        """How far (n,) each point (n, 2) is from the nearest place of the space, metres."""
         return self._nearest(points_m)[1]
 
     def to_nearest(self, points_m: FloatArray, targets_m: FloatArray, limit_m: float = np.inf) -> FloatArray:
@@ -61,7 +61,7 @@ class WalkingDistances:
     def path(self, start_m: FloatArray, stop_m: FloatArray, limit_m: float = np.inf) -> FloatArray:
         """Corners (k, 2) of the shortest way from one point (2,) to another, both included, taut between walls.
 
-        It is not longer than ``limit_m``, for which a length that is known spares looking farther.
+        It is not longer than ``limit_m``, for which a length that is known spares looking further.
         """
         (first, last), _ = self._nearest(np.array((start_m, stop_m)))
         _, before = dijkstra(self._steps, indices=first, return_predecessors=True, limit=limit_m)
@@ -86,7 +86,7 @@ class WalkingDistances:
         return moved
 
     def _taut(self, way: FloatArray) -> FloatArray:
-        """Leave out every corner of a way (k, 2) that lies between two that see each other."""
+        """Leave out every corner of a way (k, 2) that is between two that see each other."""
         corners = [0]
         while corners[-1] < len(way) - 1:
             here = corners[-1]
@@ -144,7 +144,7 @@ class WalkingDistances:
 
 
 def _free_between(mask: BoolArray, cells: IntArray, move: tuple[int, int], stride: int) -> BoolArray:
-    """Tell (n,) for which cells the way to the one a move further crosses no wall."""
+    """Return (n,) for which cells the way to the one a move further crosses no wall."""
     free = np.ones(len(cells), dtype=np.bool_)
     checks = 2 * stride * max(abs(part) for part in move)
     for share in np.arange(1, checks) / checks:
@@ -159,7 +159,7 @@ _EPSILON = 1e-9
 
 
 def covering_stops(gaps_m: FloatArray, radius_m: float) -> IntArray:
-    """Choose of gaps (g, d) some (indices) so that each lies within the radius of one: the widest reach first."""
+    """Choose of gaps (g, d) some (indices) so that each is within the radius of one: the widest reach first."""
     reach = cKDTree(gaps_m).query_pairs(radius_m * (1 + _EPSILON), output_type="ndarray")
     own = np.arange(len(gaps_m))
     a, b = np.concatenate([reach, reach[:, ::-1], np.stack([own, own], axis=1)]).T
@@ -177,7 +177,7 @@ def short_order(length_m: FloatArray, *, free: bool, tries: int = 8) -> IntArray
     So many nearest-neighbour tours are tried, which begin at different places.
     """
     if free:
-        # A place that is no way from all others stands for the free beginning.
+        # A place that is not a way from all others stands for the free beginning.
         length_m = np.pad(length_m, ((1, 0), (1, 0)))
     inner = np.arange(1, len(length_m))
     if len(inner) < 2:
