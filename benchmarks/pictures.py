@@ -300,6 +300,7 @@ def compare(page: Page) -> None:
     page.get_by_label("Second labels").select_option(label="before the last change")
     page.locator(".form button.main").click()
     page.get_by_label("Line between the two maps").wait_for()
+    show_all(page)
 
 
 def toggle_layer(page: Page, name: str) -> None:
