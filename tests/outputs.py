@@ -276,6 +276,7 @@ EXEMPT = {
     "fleet status": "writes nothing",
     "fleet report": "writes pages of the catalogue; tests/pipeline/fleet",
     "verify": "writes nothing",
+    "docs": "writes nothing",
     "paper": "needs the paper's data; claims its folder as `figures` does",
 }
 READ = {

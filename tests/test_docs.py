@@ -137,13 +137,6 @@ def pages() -> dict[str, str]:
     return {path.relative_to(SITE).as_posix(): path.read_text(encoding="utf-8") for path in SITE.rglob("*.md")}
 
 
-def test_each_page_begins_with_its_title_and_a_sentence() -> None:
-    silent = [
-        name for name, text in pages().items() if "--8<--" not in text and not re.match(r"# [^\n]+\n\n[*\w]", text)
-    ]
-    assert not silent
-
-
 def test_the_navigation_holds_each_page_once() -> None:
     def listed(entry: object) -> list[str]:
         if isinstance(entry, str):

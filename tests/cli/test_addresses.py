@@ -118,7 +118,7 @@ def test_corrections_change_in_the_bucket(folders: Folders, tmp_path: Path) -> N
     add_entries(tmp_path, '[[exclude_session]]\nsession = "none"\nreason = "x"')
     store.put(CORRECTIONS_FILE, (tmp_path / CORRECTIONS_FILE).read_bytes())
     done = vislam2tag("diagnose", f"{BUCKET}/survey", "--revert")
-    assert f"{BUCKET}/survey/{CORRECTIONS_FILE}: as before" in done.stdout, done.stderr
+    assert f"{BUCKET}/survey/{CORRECTIONS_FILE}: corrections removed" in done.stdout, done.stderr
     found = store.get(CORRECTIONS_FILE)
     store.delete([CORRECTIONS_FILE])
     assert found is not None
@@ -181,9 +181,9 @@ def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None
     [
         (
             ("run", f"{BUCKET}/survey", "--out", "x", "--landmarks", f"{BUCKET}/x"),
-            "run` takes no address there; copy it to",
+            "run` needs a local path; copy it to",
         ),
-        (("site", "show", f"{BUCKET}/survey"), "`vislam2tag site show` takes no address there"),
+        (("site", "show", f"{BUCKET}/survey"), "`vislam2tag site show` needs a local path"),
         (
             ("dataset", f"{BUCKET}/labels", "--out", "out", "--labels", f"{BUCKET}/x"),
             f"{BUCKET}/x: `vislam2tag dataset",

@@ -136,7 +136,7 @@ def test_a_moved_landmark_is_an_answer_with_its_exit_code(command: str, surveys:
     assert (code, judgement["answer"]) == (1, "wrong")
     said = vislam2tag("-q", command, own, "--jobs", "1")
     assert said.returncode == 1
-    assert said.stdout.splitlines()[-1].startswith(("next: vislam2tag diagnose", "next: correct what is named above"))
+    assert said.stdout.splitlines()[-1].startswith(("next: vislam2tag diagnose", "next: correct the problems above"))
 
 
 def test_what_is_wrong_with_a_site_is_an_exit_code(

@@ -90,7 +90,7 @@ def command_of(words: tuple[str, ...]) -> Any:
 def test_a_misspelt_command_is_told_what_it_may_mean() -> None:
     done = vislam2tag("proces", "--help")
     assert done.returncode == 2
-    assert "No such command 'proces'. Did you mean 'process'?" in done.stderr
+    assert "No such command 'proces'. Did you mean 'process'" in done.stderr
 
 
 def boom(*_: object, **__: object) -> None:
@@ -125,18 +125,18 @@ class PanicException(BaseException):
             FileNotFoundError("No such file or directory (os error 2): x.parquet"),
             "error: No such file or directory (os error 2): x.parquet",
         ),
-        (RuntimeError("Symlink loop from 'x'"), "error: Symlink loop from 'x': links lead in a circle"),
+        (RuntimeError("Symlink loop from 'x'"), "error: Symlink loop from 'x': the symbolic links form a loop"),
         (
             RecursionError("maximum recursion depth exceeded"),
-            "error: something that this reads is nested too deep: folders within folders, or values within values",
+            "error: an input is nested too deeply: folders within folders, or values within values",
         ),
         (
             PanicException("assertion failed"),
-            "error: a table that this reads is damaged; make it again, or copy it again",
+            "error: an input table is damaged; create it again or copy it again",
         ),
         (
             pl.exceptions.ComputeError("parquet: invalid snappy data\nmore"),
-            "error: a table that this reads is damaged; make it again, or copy it again (parquet: invalid snappy data)",
+            "error: an input table is damaged; create it again or copy it again (parquet: invalid snappy data)",
         ),
     ],
 )

@@ -285,7 +285,7 @@ def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: 
     assert "unreadable_file floor_4/refmarker.csv" in wrong.output
     assert "something is wrong, 1 warning (looked at: " in wrong.output
     assert wrong.exit_code == 1
-    assert "next: correct what is named above" in wrong.output
+    assert "next: correct the problems above" in wrong.output
 
 
 def test_a_header_that_cannot_be_understood_is_told_and_its_walks_lack_landmarks(tmp_path: Path) -> None:

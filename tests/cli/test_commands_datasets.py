@@ -103,7 +103,7 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--imu-window", "0s"), "--imu-window 0s"),
         ((tmp_path / "missing",), "no such folder"),
         ((labels, "--people", "2"), "--people 2: give --hours"),
-        ((labels, "--hours", "1e308"), "--people 1 --hours 1e+308: no survey took so much"),
+        ((labels, "--hours", "1e308"), "--people 1 --hours 1e+308: this is too much for a survey"),
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
         ((labels, "--describe", tmp_path / "missing"), "cannot be read"),
@@ -178,7 +178,7 @@ def test_maps_are_written_and_told(dataset: Path, tmp_path: Path) -> None:
     done = vislam2tag("radio-maps", dataset, "--out", tmp_path / "maps", "--cell", "2m", "--most", "2")
     assert done.returncode == 0, done.stderr
     assert "Radio maps" in done.stdout
-    assert "only the 2 most heard access points of a floor are mapped; --most takes more" in done.stdout
+    assert "only the 2 most often received access points of each floor are mapped; --most maps more" in done.stdout
     assert f"page: {tmp_path / 'maps' / 'index.html'}\nnext: vislam2tag train " in done.stdout
     names = sorted(path.name for path in (tmp_path / "maps").iterdir() if path.name[0] != ".")
     assert names == ["figures", "floor_0.wifi.npz", "floor_1.wifi.npz", "geotiff", "index.html", "radio_maps.json"]
@@ -189,9 +189,9 @@ def test_maps_are_written_and_told(dataset: Path, tmp_path: Path) -> None:
     ("arguments", "message"),
     [
         (("--ap", "00:00"), "--ap 00:00: is no access point of this data set"),
-        (("--cell", "1"), "--cell 1: give a length above zero with its unit, such as 1m or 50cm"),
-        (("--cell", "1mm"), "--cell 1mm: give a length"),
-        (("--reach", "0m"), "--reach 0m: give a length"),
+        (("--cell", "1"), "--cell 1: expected a length above zero with a unit, such as 1m or 50cm"),
+        (("--cell", "1mm"), "--cell 1mm: expected a length"),
+        (("--reach", "0m"), "--reach 0m: expected a length"),
         (("--cell", "1cm"), "choose a larger --cell"),
     ],
 )

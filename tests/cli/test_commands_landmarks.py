@@ -57,7 +57,7 @@ def test_a_demand_that_no_wall_meets_is_told_and_ends_with_1(site: Path, tmp_pat
     [
         (("--spacing-m", "0"), "--spacing-m 0.0"),
         (("--spacing-m", "1e308"), "--spacing-m 1e+308: Input should be less than or equal to 1000"),
-        (("--view-deg", "0", "50"), "--view-deg 0 50: angles of view lie between 10 and 170 degrees"),
+        (("--view-deg", "0", "50"), "--view-deg 0 50: expected angles of view between 10 and 170 degrees"),
         (("--paper", "B5"), "'B5' is no size of paper"),
         (("--floor", "9"), "--floor 9: the site has no such floor"),
         (("--forbid", "/none.csv"), "/none.csv: cannot be opened"),

@@ -57,7 +57,7 @@ def test_boot_clocks(tmp_path: Path, labels: Path, wifi: pl.DataFrame, name: str
     done = vislam2tag("label", tmp_path / "co2.csv", "--labels", labels)
     assert (done.returncode, done.stderr) == (0, "")
     assert told in done.stdout
-    assert f"{wifi.height + 1} rows: {wifi.height} have a position, 1 lie outside every walk" in done.stdout
+    assert f"{wifi.height + 1} rows: {wifi.height} have a position, 1 are outside every walk" in done.stdout
     found = pl.read_csv(tmp_path / "co2-labelled.csv", infer_schema=False)
     assert found.columns == [name, "co2", "x_m", "y_m", "z_m", "floor", "sigma", "status"]
     assert found.row(-1)[1:] == ("9,5", None, None, None, None, None, "outside_frames")
@@ -196,7 +196,7 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
         ("time,co2\n1700000000,2\n", (), "nothing tells how they relate: give --survey"),
         ("time,co2\n5,2\n", (), "its times lie in no walk, whichever unit they are in"),
         ("time,status\n5,2\n", (), "the table has a column status already; rename it"),
-        ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: there are boot, unix"),
+        ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: expected one of boot, unix"),
         ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: no clock is so far ahead"),
         ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: no clock is so far ahead"),
         ("time,co2\n2022-01-14T16:35:30,2\n", ("--zone", "Europe"), "--zone Europe: is no time zone"),

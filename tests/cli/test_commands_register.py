@@ -117,7 +117,7 @@ def test_names_that_are_not_those_of_the_table_are_not_written(site: Path, tmp_p
         assert done.returncode == 1
         assert "Register again with --landmark-names 'LM*'" in done.stdout
         assert "nothing was written into the site" in done.stdout
-        assert done.stdout.splitlines()[-1].startswith("next: give the points the ids of the table (--landmark-names")
+        assert done.stdout.splitlines()[-1].startswith("next: name the points like ids of the table (--landmark-names")
         assert bytes_of(site) == before
     assert vislam2tag(*arguments(site, "--write", "--landmark-names", "LM*")).returncode == 0
     assert read_site(site)[0].landmarks.planned_ids == ()
@@ -146,7 +146,7 @@ def test_a_swapped_pair_is_named_and_1(site: Path, tmp_path: Path) -> None:
     (tmp_path / "known.csv").write_text(text.replace("\nA,", "\nx,").replace("\nB,", "\nA,").replace("\nx,", "\nB,"))
     done = vislam2tag(*arguments(site))
     assert done.returncode == 1
-    assert "left out either " in done.stdout
+    assert "excluded either " in done.stdout
     assert "the known points B and A look interchanged" in done.stdout
 
 
@@ -187,7 +187,7 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
             "--shot-sigma-m 0.0: Input should be greater than 0",
         ),
         ((*one, *station, "--known", "all", "--out", site / "floor_1"), "lies among the site's own files"),
-        ((*one, *station, "--known", "all", "--scale", "some"), "--scale some: must be fixed or free"),
+        ((*one, *station, "--known", "all", "--scale", "some"), "--scale some: expected fixed or free"),
         (station, "--floor: the site has several (1, 4)"),
         (("--floor", "9"), "--floor 9: the site has no such floor; there are: 1, 4"),
     ):

@@ -114,9 +114,9 @@ def test_a_later_survey_walks_through_the_same_building(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--like", "paper", "--minutes", "3"), "--minutes: has no effect with --like; leave one of the two out"),
+        (("--like", "paper", "--minutes", "3"), "--minutes: has no effect with --like; remove one of the two"),
         (("--like", "paper", "--later", "2022-06-01"), "--later: has no effect with --like"),
-        (("--site", "here", "--floors", "2"), "--floors: has no effect with --site; leave one of the two out (name"),
+        (("--site", "here", "--floors", "2"), "--floors: has no effect with --site; remove one of the two (choose"),
         (("--site", "here", "--landmark-count", "9"), "--landmark-count: has no effect with --site"),
     ],
 )

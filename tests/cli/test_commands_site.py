@@ -208,17 +208,17 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
     [
         ((), "tells no scale; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m"),
         (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818; give"),
-        (("--scale", "1/50"), "--scale 1/50: give 1:N as the drawing says, such as 1:100"),
-        (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: give X,Y,X,Y, two opposite corners"),
+        (("--scale", "1/50"), "--scale 1/50: expected 1:N as printed on the drawing, such as 1:100"),
+        (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: expected X,Y,X,Y, two opposite corners"),
         (("--area", "900,0,999,9", "--width-m", "20"), "has nothing in that area; correct area"),
-        (("--point", "1,2=3,4"), "--point: given 1 times; two known points are needed"),
-        (("--point", "1,2=3", "--point", "1,2=3,4"), "--point 3: give PX,PY=X,Y"),
+        (("--point", "1,2=3,4"), "--point: two known points are needed, but 1 are given"),
+        (("--point", "1,2=3", "--point", "1,2=3,4"), "--point 3: expected PX,PY=X,Y"),
         (("--point", "1,2=3,4", "--point", "1,2=3,4"), "two identical points, which tell no scale"),
         (("--distance", "0,0,0,0,5"), "from and to are the same point"),
-        (("--distance", "0,0,5"), "--distance 0,0,5: give X,Y,X,Y,METRES"),
-        (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: goes with"),
+        (("--distance", "0,0,5"), "--distance 0,0,5: expected X,Y,X,Y,METRES"),
+        (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: also pass"),
         (("--width-m", "20", "--height-m", "10", "--unit-m", "1"), "extent and unit_m are given; keep one of them"),
-        (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: give EPSG:CODE"),
+        (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: expected EPSG:CODE"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
         (("--width-m", "20", "--height-m", "10", "--others", "roof"), "others: "),
         (("--width-m", "20", "--elevation-m", "nan"), "error: elevation_m: Input should be a finite number"),
@@ -244,12 +244,12 @@ def test_plans_that_cannot_be(tmp_path: Path) -> None:
 
 def test_changes_that_cannot_be(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "site")
-    assert "--to: give the new site, or the change by --by" in the_error(
+    assert "pass the new site with --to, or the change with --by" in the_error(
         vislam2tag("site", "rebase", root, "--out", tmp_path / "out")
     )
     (tmp_path / "rebase.toml").write_text("[[floors]]\nnumber = 1\n")
     done = vislam2tag("site", "rebase", root, "--by", tmp_path / "rebase.toml", "--rigid", "--out", tmp_path / "out")
-    assert "--by: the change is given" in the_error(done)
+    assert "--by FILE already specifies the change" in the_error(done)
     done = vislam2tag("site", "rebase", root, "--by", tmp_path / "rebase.toml", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert "there is no change for floor 4; add it to rebase.toml" in done.stderr

@@ -58,7 +58,7 @@ def test_ids_shifted_by_one_are_named(clean: Path, tmp_path: Path, by: int) -> N
     assert "shifted_ids" in found["process"][1]
     assert "logged are all shifted" in found["diagnose"][1]
     assert "nothing is wrong" not in found["diagnose"][1]
-    assert "next: correct what is named above" in found["diagnose"][1]
+    assert "next: correct the problems above" in found["diagnose"][1]
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,9 @@ def test_planned_landmarks_are_counted_once_and_are_not_corrected_by_diagnose(cl
     assert done.stdout.splitlines()[-1] == f"next: vislam2tag diagnose {survey}"
     summary = json.loads((tmp_path / "out/labels/summary.json").read_text())
     assert summary["site_findings"]["planned_landmarks"] == len(table.read_text().splitlines()) - 1
-    assert vislam2tag("diagnose", survey, "--jobs", "1").stdout.splitlines()[-1].startswith("next: correct what is")
+    assert (
+        vislam2tag("diagnose", survey, "--jobs", "1").stdout.splitlines()[-1].startswith("next: correct the problems")
+    )
 
 
 def test_inspect_uses_planned_positions_if_the_survey_says_so(clean: Path, tmp_path: Path) -> None:

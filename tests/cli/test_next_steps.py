@@ -25,11 +25,11 @@ NAMES = [name for group in COMMANDS.values() for name in group]
 OF_SITE = ("init", "show", "write", "rebase", "walkable")
 OF_FLEET = ("add", "list", "process", "status", "report")
 WHOLE_NAMES = [
-    *(name for name in NAMES if name not in ("fleet", "site", "studio")),
+    *(name for name in NAMES if name not in ("docs", "fleet", "site", "studio")),
     *(f"site {name}" for name in OF_SITE),
     *(f"fleet {name}" for name in OF_FLEET),
 ]
-"""The studio prints no result: it is a page that is open until it is ended."""
+"""The studio and the documentation are pages: they print no result."""
 GROUP: Any = typer.main.get_command(app)
 
 

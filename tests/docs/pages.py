@@ -17,7 +17,7 @@ PAGES = {
     "reference/settings.md": settings_page,
 }
 
-TUTORIALS = ("first_steps", "own_walk", "trained_model", "plugin_strategy")
+TUTORIALS = ("first_steps", "own_walk", "trained_model")
 
 if __name__ == "__main__":
     for tutorial in TUTORIALS:

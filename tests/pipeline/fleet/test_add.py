@@ -100,7 +100,7 @@ def test_further_sessions_are_added_and_missing_ones_stay(fleet: Path, ward: Pat
     gone = len(everything) - len(bytes_of(grown))
     first = f"ward: files: 0 added, {len(bytes_of(grown))} unchanged, 0 replaced, {gone} left alone"
     assert done.stdout.splitlines()[0] == first
-    assert "left alone, only the fleet has them: floor_0/LG" in done.stdout
+    assert "only in the fleet, not changed: floor_0/LG" in done.stdout
     assert named("surveys/ward", tree_of(fleet, tmp_path / "tree")) == everything
 
 

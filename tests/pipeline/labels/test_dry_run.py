@@ -71,4 +71,4 @@ def test_labels_of_another_strategy_are_refused_as_by_process(tmp_path: Path) ->
     with pytest.raises(OutputError, match="holds labels of the strategy local-corrected"):
         dry_run(survey, out, Settings(strategy="local"))
     done = vislam2tag("process", survey, "-o", out, "--strategy", "local-corrected", "--dry-run")
-    assert done.stdout.splitlines()[0] == "would process 0 of 1 sessions; the others are done and unchanged"
+    assert done.stdout.splitlines()[0] == "0 of 1 sessions would be processed; the others are finished and unchanged"
