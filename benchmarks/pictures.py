@@ -1,4 +1,4 @@
-"""Pictures of the documentation: README's, and each view of the studio, light and dark.
+"""Pictures of the documentation: README's, and views of the studio, light and dark.
 
 ``front`` draws a sheet, a phone, and a walk that moves into the plan, all made by the program: it simulates one walk,
 maps and labels it. ``studio`` copies the survey first; nothing in the folder is changed. Every picture is to be looked
@@ -86,7 +86,7 @@ def main() -> None:
     what = parser.add_subparsers(dest="what", required=True)
     front = what.add_parser("front", help="of README and of the start page")
     front.add_argument("file", type=Path)
-    studio = what.add_parser("studio", help="of each view of the studio")
+    studio = what.add_parser("studio", help="of views of the studio")
     studio.add_argument("folder", type=Path, help="holds survey and labels")
     studio.add_argument("out", type=Path)
     options = parser.parse_args()
@@ -278,11 +278,6 @@ def prepare(page: Page) -> None:
     show_all(page)
 
 
-def share(page: Page) -> None:
-    """A data set and a page for others."""
-    page.locator("#tab-share").click()
-
-
 def landmarks(page: Page) -> None:
     """A landmark to be corrected."""
     page.locator("#tab-landmarks").click()
@@ -297,31 +292,15 @@ def change(page: Page) -> None:
     page.locator(".chosen button.main").click()
 
 
-def corrections(page: Page) -> None:
-    """The change, saved, and the form of another."""
+def compare(page: Page) -> None:
+    """Labels before and after the change, once it is saved, swiped."""
     page.get_by_role("dialog").locator("button.main").click()
     page.get_by_text("Labels are new.").wait_for()
-    page.get_by_role("tab", name="Corrections").click()
-    page.get_by_text("Add a correction").click()
-    page.get_by_label("Kind").select_option("turn_landmarks")
-
-
-def compare(page: Page) -> None:
-    """Labels before and after the change, swiped."""
     page.get_by_role("tab", name="Compare").click()
     page.get_by_label("Second labels").select_option(label="before the last change")
     page.locator(".form button.main").click()
     page.get_by_label("Line between the two maps").wait_for()
-
-
-def floors(page: Page) -> None:
-    """All floors above one another."""
-    page.locator(".form button:not(.main)").click()
-    page.locator("#tab-walks").click()
-    page.locator(".map-tools select").nth(1).select_option("device")
-    page.locator(".map-tools summary").click()
-    page.locator(".map-tools .choices input").first.check()
-    page.locator(".map-tools summary").click()
+    show_all(page)
 
 
 def toggle_layer(page: Page, name: str) -> None:
@@ -339,13 +318,8 @@ def show_all(page: Page) -> None:
 Scheme: TypeAlias = Literal["light", "dark"]
 SCHEMES: tuple[Scheme, ...] = ("light", "dark")
 VIEWS: dict[str, Callable[[Page], None]] = {
-    view.__name__: view
-    for view in (
-        *(walks, diagnose, conflicts, radio, collect, prepare, share),
-        *(landmarks, change, corrections, compare, floors),
-    )
+    view.__name__: view for view in (walks, diagnose, conflicts, radio, collect, prepare, change, compare)
 }
-PHONE_VIEWS: dict[str, Callable[[Page], None]] = {"": diagnose, "_prepare": prepare, "_collect": collect}
 
 
 def shared_fleet(folder: Path, made: Path) -> Path:
@@ -404,17 +378,15 @@ def take_all(folder: Path, out: Path) -> None:
                 address = str(page.request.post("/api/invitations", data={}).json()["url"])
                 page.close()
                 page = opened(browser, address, scheme, PHONE, "de")
-                for name, view in PHONE_VIEWS.items():
-                    view(page)
-                    take(page, out / f"studio_phone{name}_{scheme}.webp")
+                diagnose(page)
+                take(page, out / f"studio_phone_{scheme}.webp")
                 address = str(page.request.post("/api/invitations", data={}).json()["url"])
                 page.close()
         with running_browser() as browser, plain_server(shared_fleet(folder, Path(copied))) as address:
             for scheme in SCHEMES:
-                for name, size, locale in (("fleet", DESKTOP, "en"), ("phone_fleet", PHONE, "de")):
-                    page = opened(browser, address, scheme, size, locale, ".fleet .row")
-                    take(page, out / f"studio_{name}_{scheme}.webp")
-                    page.close()
+                page = opened(browser, address, scheme, DESKTOP, "en", ".fleet .row")
+                take(page, out / f"studio_fleet_{scheme}.webp")
+                page.close()
 
 
 if __name__ == "__main__":
