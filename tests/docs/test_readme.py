@@ -48,26 +48,6 @@ def test_its_commands_and_its_python_run(tmp_path: Path, monkeypatch: pytest.Mon
     assert "rssi_dbm" in done_python.stdout
 
 
-@pytest.mark.parametrize(
-    ("page", "figures"),
-    [
-        ("evaluation.md", r"\| smoother \| 0\.17 \| 0\.15 \| 0\.22 \| 0\.34 "),
-        ("evaluation.md", r"\| smoother \| 0\.15 \| 0\.13 \| 0\.18 \| 0\.31 "),
-        ("dead_reckoning.md", r"\| dead reckoning \| 0\.96 / 2\.19 .* 1\.45 / "),
-        ("few-landmarks.md", r"\| smoother \| 0\.13 / .* \| 0\.28 / "),
-    ],
-)
-def test_its_figures_are_those_of_the_results(page: str, figures: str) -> None:
-    assert re.search(figures, (ROOT / "docs" / "results" / page).read_text("utf-8"))
-
-
-@pytest.mark.parametrize(
-    "figure", ["**0.17 m** (0.34 m)", "**0.15 m** (0.31 m)", "**0.96 m** (2.19 m)", "1.45 m", "0.28 m"]
-)
-def test_it_states_these_figures(figure: str) -> None:
-    assert figure in README
-
-
 def test_the_changelog_of_a_release_is_short() -> None:
     _, _, released = (ROOT / "CHANGELOG.md").read_text("utf-8").partition("\n## Unreleased\n")
     releases = re.split(r"\n(?=## )", released)[1:]
