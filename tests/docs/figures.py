@@ -5,8 +5,8 @@
     python -m tests.docs.figures --stale            list results whose code changed since; fails if there are any
 
 A result keeps every number of the tables that its command prints, as ``table / row / column``. Pages are made
-from templates beside the results: ``{NAME: table / row / column}`` is a figure, ``{NAME}`` the line that says what
-measured it, and when.
+from templates beside the results: ``{NAME: table / row / column}`` is a figure, ``{NAME}`` the command that
+measured it, with version and date.
 """
 
 from __future__ import annotations
@@ -63,11 +63,8 @@ def filled(name: str) -> str:
 
 
 def source(result: Result) -> str:
-    """The line of a page that says what measured its figures, and when."""
-    return (
-        f"*Measured with `{result['made_by']}`, version {result['version']}, commit {result['commit']}, "
-        f"{result['date']}. Data: {result['data']}.*"
-    )
+    """Which command measured figures, with version, commit and date."""
+    return f"`{result['made_by']}` (version {result['version']}, {result['commit']}, {result['date']})"
 
 
 def figures_in(printed: str) -> dict[str, str]:
