@@ -85,22 +85,24 @@ APP_IS_BUILT := android/out/.built
 $(APP_IS_BUILT): $(shell git ls-files android 2>/dev/null)
 	$(MAKE) android
 
-# Wheel and source distribution.
-dist: $(VENV)/.installed
+# Wheel and source distribution, and the wheel of the documentation (extra docs).
+dist: docs
 	rm -rf dist
 	$(BIN)/python -m build --quiet --no-isolation --outdir dist .
+	$(BIN)/python -m build --quiet --no-isolation --wheel --outdir dist docs-wheel
 
 # Each installs in an empty environment, and runs the demonstration from an empty folder.
 INSTALLS := install-wheel install-wheel-with-extras install-sdist
 .PHONY: $(INSTALLS)
-install-wheel: FILE = dist/*.whl
-install-wheel-with-extras: FILE = dist/*.whl
-install-wheel-with-extras: EXTRAS = [all]
+install-wheel: FILE = dist/vislam2tag-[0-9]*.whl
+install-wheel-with-extras: FILE = dist/vislam2tag-[0-9]*.whl
+install-wheel-with-extras: EXTRAS = [all,docs]
 install-sdist: FILE = dist/*.tar.gz
 $(INSTALLS): dist
 	@set -e; file="$$PWD/$$(echo $(FILE))$(EXTRAS)"; empty=$$(mktemp -d); trap 'rm -rf "$$empty"' EXIT; cd "$$empty"; \
-	$(PYTHON) -m venv venv; venv/bin/pip install --quiet --disable-pip-version-check "$$file"; \
+	$(PYTHON) -m venv venv; venv/bin/pip install --quiet --disable-pip-version-check --find-links "$(CURDIR)/dist" "$$file"; \
 	venv/bin/vislam2tag demo demo-out >demo.txt; test -s demo-out/smoother/report.html; \
+	if [ "$(EXTRAS)" ]; then test -s "$$(venv/bin/vislam2tag docs how-to/install --no-browser)"; fi; \
 	echo "$$(basename "$$file") installs and runs: $$(venv/bin/vislam2tag --version)"
 
 # All that a release has, in dist/ with SHA256SUMS: wheel, source distribution, this site, and the app, signed with this

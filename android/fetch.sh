@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Brings what the script build needs into android/sdk: Android's sources, D8 and aapt2, ARCore. Everything is pinned
-# by SHA-256 (pins.sha256); what is there already is kept. docs/how-to/phone-app.md tells where each comes from and its licence.
+# by SHA-256 (pins.sha256); what is there already is kept. android/README.md names their licences.
 # `fetch.sh missing` prints the Debian packages that this machine does not have, and fetches nothing.
 set -euo pipefail
 cd "$(dirname "$0")"
@@ -55,7 +55,7 @@ install() {
     fi
     if [ -z "$(missing)" ]; then return; fi
     echo "The script build lacks, on this machine, these packages of Debian 12: "$(missing) >&2
-    echo "Install them as root, or build with Gradle or Android Studio: docs/how-to/phone-app.md" >&2
+    echo "Install them as root, or build with Gradle or Android Studio: android/README.md" >&2
     exit 1
 }
 

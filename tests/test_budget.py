@@ -57,7 +57,7 @@ def measured() -> dict[str, int]:
     functions = [node for node in found if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     reference = PROJECT / "docs" / "reference"  # generated, so that it has all options and settings
     options = re.findall(
-        r"^ +(?:-[a-zA-Z], )?(--[a-z][a-z0-9-]+)", (reference / "commands.md").read_text(encoding="utf-8"), re.M
+        r"^\| (?:`-[a-zA-Z]`, )?`(--[a-z][a-z0-9-]+)", (reference / "commands.md").read_text(encoding="utf-8"), re.M
     )
     settings = re.findall(r"^\| `[a-z0-9_.]+`", (reference / "settings.md").read_text(encoding="utf-8"), re.M)
     return {

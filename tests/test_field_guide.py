@@ -1,4 +1,4 @@
-"""The field guide is one page: printed by a browser, it fills no more than one sheet of A4."""
+"""The field guide can be printed: with its picture it fits on both sides of one sheet of A4."""
 
 from __future__ import annotations
 
@@ -14,11 +14,16 @@ from vislam2tag.preparation.planning.settings import CameraSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 
 GUIDE = Path(__file__).resolve().parents[1] / "docs" / "how-to" / "field-guide.md"
-STYLE = "body { font: 10pt/1.3 sans-serif; margin: 0 } h1 { font-size: 15pt; margin: 0 } p, ul { margin: 4pt 0 }"
+IMAGES = GUIDE.parents[1] / "images"
+STYLE = (
+    "body { font: 10pt/1.3 sans-serif; margin: 0 } h1 { font-size: 15pt; margin: 0 } p, ul { margin: 4pt 0 } "
+    "img { width: 100% }"
+)
+SIDES = 2
 
 
-def test_it_prints_on_one_page_of_a4(tmp_path: Path) -> None:
-    body = MarkdownIt().render(GUIDE.read_text(encoding="utf-8").replace("- [ ]", "- ☐"))
+def test_it_prints_on_both_sides_of_one_sheet_of_a4(tmp_path: Path) -> None:
+    body = MarkdownIt().render(GUIDE.read_text(encoding="utf-8").replace("../images/", f"{IMAGES.as_uri()}/"))
     (tmp_path / "guide.html").write_text(f"<meta charset='utf-8'><style>{STYLE}</style>{body}", encoding="utf-8")
     with running_browser() as browser:
         page = browser.new_page()
@@ -26,7 +31,7 @@ def test_it_prints_on_one_page_of_a4(tmp_path: Path) -> None:
         margin = dict.fromkeys(("top", "bottom", "left", "right"), "15mm")
         page.pdf(path=str(tmp_path / "guide.pdf"), format="A4", margin=margin)  # type: ignore[arg-type]
     document = pypdfium2.PdfDocument(tmp_path / "guide.pdf")
-    assert len(document) == 1
+    assert len(document) == SIDES
     document.close()
 
 

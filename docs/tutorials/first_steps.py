@@ -1,10 +1,16 @@
 # %% [markdown]
-# # The first survey in 15 minutes
+# # First steps in Python
 #
-# For whoever is new: a survey from generated walks, labelled, with pictures. No phone and no building is needed.
+# In 15 minutes you label a small survey and draw the result. You need no phone and no building: the walks are
+# generated.
 #
-# A *survey* is a folder of walks through a building. We let the simulator walk: one floor, two phones, two walks each.
-# It writes the same files as a phone would, and beside them the truth, which real walks do not have.
+# [Install the program](first_survey.md#install) first.
+
+# %% [markdown]
+# ## Generate a survey
+#
+# A *survey* is a folder of walks through a building. The simulator writes the same files as a phone: here for one
+# floor, two phones, and two walks each. It also writes the true positions, which real walks do not have.
 
 # %%
 import tempfile
@@ -13,72 +19,94 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import polars as pl
 
-from vislam2tag.api import Settings, open_survey, process, read_session, regular_survey, simulate
+from vislam2tag.api import (
+    Settings,
+    open_survey,
+    process,
+    read_session,
+    regular_survey,
+    simulate,
+)
 
 folder = Path(tempfile.mkdtemp())
-simulate(regular_survey(seed=3, floors=(0,), sessions=2, duration_s=120.0), folder / "survey")
+plan = regular_survey(seed=3, floors=(0,), sessions=2, duration_s=120.0)
+simulate(plan, folder / "survey")
 survey = open_survey(folder / "survey")
 for session in survey.sessions:
     print(session.key)
 
 # %% [markdown]
-# ## What the tracker logged
+# ## Look at a walk of the tracker
 #
-# The tracker has a frame of its own: it knows nothing of the building. It drifts, and now and then it jumps.
+# The phone's tracker estimates where the camera is, 30 times a second. It starts at (0, 0), knows nothing about the
+# building, drifts, and sometimes jumps. It also logs which landmarks the camera saw.
 
-# %% The walk as the tracker logged it, in its own frame
+# %% The walk as the tracker logged it, in its own coordinates
 walk = read_session(survey.sessions[0])
-print(f"{len(walk.camera.time_ns)} frames, landmarks seen: {', '.join(walk.landmarks.ids)}")
+print(len(walk.camera.time_ns), "frames")
+print("landmarks seen:", *walk.landmarks.ids)
 figure, axes = plt.subplots(figsize=(5, 4))
-axes.plot(walk.camera.position_acs[:, 0], walk.camera.position_acs[:, 2], color="#d55e00")
-axes.set(aspect="equal", xlabel="x of the tracker, m", ylabel="z of the tracker, m")
+position = walk.camera.position_acs
+axes.plot(position[:, 0], position[:, 2], color="#d55e00")
+axes.set(aspect="equal", xlabel="tracker x, m", ylabel="tracker z, m")
 
 # %% [markdown]
 # ## Label it
 #
-# `process` maps every walk into the building by the landmarks that it passed, and gives every reading a position. On
-# the
-# command line this is `vislam2tag process survey --out labels`.
+# `process` moves every walk onto the floor plan, using the landmarks that it passed. Each reading gets the position
+# of its time. On the command line this is `vislam2tag process survey --out labels`.
 
 # %%
 summary = process(folder / "survey", folder / "labels", Settings())
 print(f"{summary.sessions} walks, {summary.distance_m:.0f} m")
 
 # %% [markdown]
-# ## Look at the labels
+# ## Check the labels
 #
-# Each walk has a table of frames and tables of readings. Every row has a status; `ok` means that it has a position.
+# Each walk has a table of frames and tables of readings. Every row has a [status](../reference/statuses.md):
+#
+# - `ok`: the row has a position.
+# - `uncertain`: it has a position with a large standard deviation.
+# - `duplicate`: the phone logged the same reading twice.
 
 # %%
 wifi = pl.read_parquet(folder / "labels" / "wifi" / "*.parquet")
-for status, rows in wifi.group_by("status").len().sort("len", descending=True).iter_rows():
+counts = wifi.group_by("status").len().sort("len", descending=True)
+for status, rows in counts.iter_rows():
     print(f"{status}: {rows} readings")
 
-# %% All walks on the floor; the larger a point, the larger its sigma
-frames = pl.read_parquet(folder / "labels" / "trajectory" / "*.parquet").filter(status="ok")
-marks = survey.site.landmarks.position_bcs
+# %% [markdown]
+# The standard deviation of each position (sigma, in metres) is small near landmarks and larger between them:
+
+# %% All walks on the floor: the larger the point, the larger its sigma
+frames = pl.read_parquet(folder / "labels" / "trajectory" / "*.parquet")
+frames = frames.filter(status="ok")
+landmarks = survey.site.landmarks.position_bcs
 figure, axes = plt.subplots(figsize=(6, 4))
-axes.scatter(frames["x"], frames["y"], s=frames["sigma"] * 20, color="#0072b2", linewidths=0)
-axes.plot(marks[:, 0], marks[:, 1], "s", color="black", label="landmarks")
+x, y, sigma = frames["x"], frames["y"], frames["sigma"]
+axes.scatter(x, y, s=20 * sigma, color="#0072b2", linewidths=0)
+axes.plot(*landmarks.T[:2], "s", color="black", label="landmarks")
 axes.set(aspect="equal", xlabel="x, m", ylabel="y, m")
 axes.legend()
 
 # %% [markdown]
-# ## Where one access point is heard
+# ## Map one access point
 #
-# This is what labels are for: every level has a place now.
+# Now every signal strength (RSSI) has a position. Draw those of the access point with the most readings:
 
-# %% Levels of the access point that is heard most
-most = wifi.drop_nulls("x").group_by("bssid").len().sort("len", "bssid", descending=True)["bssid"][0]
-heard = wifi.filter(pl.col("bssid") == most, status="ok")
+# %% Signal strength of one access point, at the positions where it was measured
+placed = wifi.drop_nulls("x").group_by("bssid").len()
+bssid = placed.sort("len", "bssid", descending=True)["bssid"][0]
+readings = wifi.filter(pl.col("bssid") == bssid, status="ok")
 figure, axes = plt.subplots(figsize=(6, 4))
-drawn = axes.scatter(heard["x"], heard["y"], c=heard["rssi_dbm"], s=12)
+x, y, rssi = readings["x"], readings["y"], readings["rssi_dbm"]
+drawn = axes.scatter(x, y, c=rssi, s=12)
 figure.colorbar(drawn, label="dBm")
-axes.set(aspect="equal", xlabel="x, m", ylabel="y, m", title=most)
+axes.set(aspect="equal", xlabel="x, m", ylabel="y, m", title=bssid)
 
 # %% [markdown]
 # ## Next
 #
-# - [From labels to a trained model](trained_model.md).
-# - [A survey of your own](../how-to/survey.md), from plan to data set.
-# - [Statuses](../reference/statuses.md): why a row has a position, or why it has none.
+# - [Label your own walk](own_walk.md): the folder of a survey, and tables in memory.
+# - [From labels to a trained model](trained_model.md): locate a phone by its Wi-Fi scan.
+# - [A survey from plan to data set](../how-to/survey.md) in your own building.

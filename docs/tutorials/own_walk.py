@@ -1,11 +1,11 @@
 # %% [markdown]
 # # Label your own walk
 #
-# For whoever has recorded a walk, with the phone app or in the published layout, and wants its readings labelled.
+# You have a recorded walk and want a position for each of its readings. Put the walk into a survey folder, or pass
+# its tables to one function.
 #
-# A survey is a folder: a table of the floor's size, a table of the landmarks, and a folder for each walk. Here the
-# walk's
-# files come from the simulator; copy yours in their place ([files of a session](../reference/session-files.md)).
+# You need a walk of the phone app or in the [published layout](../reference/session-files.md), and the positions of
+# at least two landmarks that it passed. Here the simulator makes the walk; put yours in its place.
 
 # %%
 import shutil
@@ -19,14 +19,26 @@ import vislam2tag
 from vislam2tag.api import Settings, label, process, regular_survey, simulate
 
 folder = Path(tempfile.mkdtemp())
-simulate(regular_survey(seed=8, floors=(0,), devices=("LG",), sessions=1, duration_s=120.0), folder / "made")
+plan = regular_survey(
+    seed=8,
+    floors=(0,),
+    devices=("LG",),
+    sessions=1,
+    duration_s=120.0,
+)
+simulate(plan, folder / "made")
 walk = next((folder / "made" / "floor_0" / "LG").iterdir())
+print("files:", *sorted(path.name for path in walk.iterdir()))
 
 # %% [markdown]
-# ## The folder of a survey
+# ## Make the survey folder
 #
-# Write down how large the plan is and where each landmark hangs: metres, x to the right and y up on the plan
-# ([survey landmarks](../how-to/registration.md) tells how to measure them).
+# A survey needs three things:
+#
+# - `floor_dimensions.csv`: width and height of the floor plan in metres.
+# - `floor_0/marker_dict.csv`: where each landmark hangs, in metres. On the plan, x points to the right and y up ([how
+#   to measure](../how-to/registration.md)).
+# - `floor_0/DEVICE/WALK`: a folder for each walk.
 
 # %%
 survey = folder / "survey"
@@ -35,66 +47,93 @@ shutil.copytree(walk, survey / "floor_0" / "LG" / "my_walk")
 for table in ("floor_dimensions.csv", "floor_0/marker_dict.csv"):
     shutil.copy(folder / "made" / table, survey / table)
 print((survey / "floor_dimensions.csv").read_text())
-print("".join((survey / "floor_0" / "marker_dict.csv").read_text().splitlines(keepends=True)[:4]))
+lines = (survey / "floor_0" / "marker_dict.csv").read_text().splitlines()
+print("\n".join(lines[:4]))
 
 # %% [markdown]
-# ## Label it
+# Tables from a spreadsheet work too: semicolons, decimal commas and other column names are recognised, and
+# `vislam2tag inspect survey` shows how they were read.
+
+# %% [markdown]
+# ## Label the walk
 #
-# On the command line: `vislam2tag process survey --out labels`, after a look with `vislam2tag inspect survey`. What is
-# odd in
-# the files is a [finding](../reference/findings.md).
+# On the command line: `vislam2tag process survey --out labels`. Problems in the files are
+# [findings](../reference/findings.md), each with a cure:
 
 # %%
 summary = process(survey, folder / "labels", Settings())
 for kind, count in sorted(summary.findings.items()):
     print(f"{kind}: {count}")
 
-# %% The walk; the circles hold the true place with 95 %
-frames = pl.read_parquet(folder / "labels" / "trajectory" / "*.parquet").drop_nulls("x")
+# %% The walk on the floor: each circle contains the true position with 95 % probability
+frames = pl.read_parquet(folder / "labels" / "trajectory" / "*.parquet")
+frames = frames.drop_nulls("x")
 figure, axes = plt.subplots(figsize=(6, 4))
 axes.plot(frames["x"], frames["y"], color="#0072b2")
-for x, y, sigma in frames.select("x", "y", "sigma").gather_every(150).iter_rows():
-    axes.add_patch(plt.Circle((x, y), 2.45 * sigma, color="#0072b2", alpha=0.2, linewidth=0))
+every_5_s = frames.select("x", "y", "sigma").gather_every(150)
+for x, y, sigma in every_5_s.iter_rows():
+    axes.add_patch(plt.Circle((x, y), 2.45 * sigma, alpha=0.2, linewidth=0))
 axes.set(aspect="equal", xlabel="x, m", ylabel="y, m")
 
 # %% [markdown]
-# ## Any other table
+# ## Label any other table
 #
-# Whatever has times on the phone's clock gets positions, too: `vislam2tag label TABLE --labels labels`.
+# A table of anything that you logged on the walk gets positions by its times. Here they are times of the phone's
+# clock; for other clocks see [label other sensors](../how-to/other-sensors.md). On the command line: `vislam2tag
+# label TABLE --labels labels`.
 
 # %%
 times = frames["time_ns"].gather_every(600).head(3)
-mine = pl.DataFrame({"time_ns": times, "what": ["door", "window", "stairs"]})
-for what, x, y, status in label(mine, folder / "labels").table.select("what", "x_m", "y_m", "status").iter_rows():
-    print(f"{what}: {x:.1f} m, {y:.1f} m, {status}")
+notes = pl.DataFrame({"time_ns": times, "note": ["door", "window", "stairs"]})
+labelled = label(notes, folder / "labels").table
+columns = ["note", "x_m", "y_m", "status"]
+for note, x, y, status in labelled.select(columns).iter_rows():
+    print(f"{note}: {x:.1f} m, {y:.1f} m, {status}")
 
 # %% [markdown]
-# ## The same in memory
+# ## Map tables in memory
 #
-# [`map_walk`](../reference/api.md#map_walk) takes tables instead of folders: from Polars, pandas or Arrow. Its
-# positions are those of `process`, which also uses the readings of `sensors.csv`: pass them as `sensors`.
+# [`map_walk`](../reference/api.md#map_walk) needs no folder. It takes tables from Polars, pandas or Arrow: the
+# tracker's poses, the landmarks it saw, and their positions. First read the files of this walk, which have no header
+# and decimal commas:
 
 # %%
 pose = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]
 
 
 def read(file: str, columns: list[str]) -> pl.DataFrame:
-    texts = pl.read_csv(walk / file, separator=";", has_header=False, new_columns=columns, infer_schema=False)
+    options = {"separator": ";", "has_header": False, "infer_schema": False}
+    texts = pl.read_csv(walk / file, new_columns=columns, **options)
     plain = texts.select(pl.all().str.strip_chars().str.replace(",", "."))
-    return plain.cast({"time_ns": pl.Int64, **dict.fromkeys(pose, pl.Float64)})
+    numbers = dict.fromkeys(pose, pl.Float64)
+    return plain.cast({"time_ns": pl.Int64, **numbers})
 
 
 poses = read("poses.csv", ["time_ns", *pose])
 sightings = read("initPoses.csv", ["id", "time_ns", *pose])
 landmarks = pl.read_csv(survey / "floor_0" / "marker_dict.csv")
 
+# %% [markdown]
+# Then map them and label a table:
+
+# %%
 result = vislam2tag.map_walk(poses, sightings, landmarks)
-print(result)
-print(result.label(mine).select("what", "x", "y", "status"))
+print(result.label(notes).select("note", "x", "y", "status"))
 
 # %% [markdown]
+# `process` also uses the walk's `sensors.csv`. For the same positions, pass that table as `sensors`.
+
+# %% [markdown]
+# ## If it fails
+#
+# - **No row has a position**: the walk saw fewer than two landmarks of `marker_dict.csv`. Compare the ids with
+#   `vislam2tag inspect survey`.
+# - **The path crosses walls**: run `vislam2tag diagnose survey`. It finds swapped and mis-measured landmarks
+#   ([how](../how-to/diagnosis.md)).
+# - **More symptoms**: [troubleshooting](../help/troubleshooting.md).
+#
 # ## Next
 #
-# - [Find what is wrong with a survey](../how-to/diagnosis.md), where labels cannot be right.
-# - [Accuracy without truth](../explanation/self-check.md): `vislam2tag check survey`.
+# - [Find what is wrong with a survey](../how-to/diagnosis.md).
+# - [How accurate are my labels?](../how-to/evaluate.md)
 # - [From labels to a trained model](trained_model.md).

@@ -1,10 +1,11 @@
 # %% [markdown]
 # # From labels to a trained model
 #
-# For whoever wants to locate phones by Wi-Fi: a data set of labelled walks, a model that learns from it, and how far
-# it errs.
+# A trained model answers where a Wi-Fi scan was taken. You build a data set of labelled walks, train a model, and
+# measure its error on a walk that it has not seen.
 #
-# We begin with a survey as in [the first survey](first_steps.md).
+# The walks are generated, as in [first steps in Python](first_steps.md). To train models you need the extra
+# `positioning`, which is part of `[all]` ([install](../how-to/install.md)).
 
 # %%
 import tempfile
@@ -13,46 +14,78 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from vislam2tag.api import build_dataset, learning_data, model_named, regular_survey, simulate
+from vislam2tag.api import (
+    build_dataset,
+    learning_data,
+    model_named,
+    regular_survey,
+    simulate,
+)
 
 folder = Path(tempfile.mkdtemp())
-simulate(regular_survey(seed=5, floors=(0,), sessions=2, duration_s=120.0), folder / "survey")
+plan = regular_survey(seed=5, floors=(0,), sessions=2, duration_s=120.0)
+simulate(plan, folder / "survey")
 
 # %% [markdown]
-# ## Fingerprints
+# ## Build a data set
 #
-# A *fingerprint* is what one scan heard, with the place where it was taken. On the command line:
-# `vislam2tag dataset survey --out fingerprints`.
+# A *fingerprint* is one Wi-Fi scan with its position: the access points and their signal strengths. On the command
+# line: `vislam2tag dataset survey --out fingerprints`.
 
 # %%
 dataset = build_dataset(folder / "survey", folder / "fingerprints")
-print(f"{dataset.fingerprints.filter(status='ok').collect().height} fingerprints with a position")
+labelled = dataset.fingerprints.filter(status="ok").collect()
+print(labelled.height, "fingerprints with a position")
 print("splits:", ", ".join(sorted(dataset.splits)))
 
 # %% [markdown]
-# ## Train, and test on whole walks
+# ## Choose a split
 #
-# The split `trajectory` holds out whole walks: scans of one walk are too much alike to test on its neighbours
-# ([splits](../reference/splits.md)). The radius that a model states should hold 68 % of the errors.
+# A split divides the fingerprints into a training set and a test set. Take `trajectory`, which puts whole walks into
+# the test set. With `random`, the test set contains scans that were taken a second after scans of the training set.
+# The error would then look much too small ([splits](../reference/splits.md)).
 
 # %%
 split = dataset.splits["trajectory"]
-known, asked = learning_data(dataset).train_test(split, split.info.folds[0])
-model = model_named("weighted-knn")
-model.fit(known.scans, known.places)
-found = model.predict(asked.scans)
-error_m = np.linalg.norm(found.xy - asked.places.xy, axis=1)
-print(f"{len(known)} fingerprints train, {len(asked)} test")
-print(f"median error {np.median(error_m):.1f} m, inside the 68 % radius: {np.mean(error_m <= found.radius_68_m):.0%}")
+training, test = learning_data(dataset).train_test(split, split.info.folds[0])
+print(f"training set: {len(training)} fingerprints, test set: {len(test)}")
 
-# %% Errors of the held-out walk: half of them are left of the dashed line
+# %% [markdown]
+# ## Train and test
+#
+# Each answer has two radii. The true position should be inside the first for 68 % of the scans, and inside the second
+# for 95 %.
+
+# %%
+model = model_named("weighted-knn")
+model.fit(training.scans, training.places)
+found = model.predict(test.scans)
+error_m = np.linalg.norm(found.xy - test.places.xy, axis=1)
+print(f"median error {np.median(error_m):.1f} m")
+print(f"inside the 68 % radius: {np.mean(error_m <= found.radius_68_m):.0%}")
+
+# %% Errors on the walk that the model has not seen: half of them are left of the dashed line
 figure, axes = plt.subplots(figsize=(5, 3.5))
 axes.plot(np.sort(error_m), np.linspace(0, 1, len(error_m)), color="#0072b2")
 axes.axvline(np.median(error_m), linestyle="--", color="#999999")
 axes.set(xlabel="error, m", ylabel="share of scans")
 
 # %% [markdown]
+# More than 68 % are inside: on this small data set the model states radii that are too large.
+#
+# ## On the command line
+#
+# `train` compares several models and keeps the one with the smallest error. `locate` then answers for a file of
+# scans:
+#
+# ```sh
+# vislam2tag dataset survey --out fingerprints
+# vislam2tag train fingerprints --out building.v2t
+# vislam2tag locate building.v2t scans.csv
+# ```
+#
 # ## Next
 #
-# - [Positioning models](../explanation/positioning.md), and [how they compare](../how-to/benchmark.md).
-# - [Locate scans](../how-to/locate.md) of a file with a trained model.
+# - [Choose a positioning model](../how-to/which-model.md).
+# - [Compare models](../how-to/benchmark.md) on your data or on public data sets.
+# - [Locate scans](../how-to/locate.md): file formats, a server, and an app.

@@ -22,7 +22,7 @@ from __future__ import annotations
 from vislam2tag import __version__ as __version__
 from vislam2tag.common.errors import import_extra
 
-_NAMES = {
+NAMES_BY_MODULE = {
     "common.errors": "DatasetError ModelError OutputError SessionError SurveyError UsageError Vislam2tagError",
     "common.findings": "Finding",
     "common.progress": "Stage",
@@ -118,7 +118,7 @@ _NAMES = {
 
 _PLACES = {
     name: (f"vislam2tag.{module}", original or name)
-    for module, names in _NAMES.items()
+    for module, names in NAMES_BY_MODULE.items()
     for name, _, original in (each.partition("=") for each in names.split())
 }
 __all__ = sorted(_PLACES)

@@ -43,7 +43,7 @@ def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((), "--model: name at least one; there are: "),
+        ((), "--model: pass at least one of "),
         (("--model", "psychic"), "no positioning model is called 'psychic'; there are: "),
         (
             ("--model", "weighted-knn", "--split", "weather"),
@@ -59,7 +59,7 @@ def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
             "--set other.k=3: 'other' is none of the models to run: weighted-knn",
         ),
         (("--model", "weighted-knn", "--set", "weighted-knn.legs=3"), "model weighted-knn has no parameter 'legs'"),
-        (("--model", "weighted-knn", "--dataset", "tampere"), "give either DS, or --dataset NAME with --data FILES"),
+        (("--model", "weighted-knn", "--dataset", "tampere"), "pass either DS, or --dataset NAME with --data FILES"),
     ],
 )
 def test_wrong_usage_is_one_line(arguments: tuple[str, ...], message: str, dataset: Path, tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_wrong_usage_is_one_line(arguments: tuple[str, ...], message: str, datas
 
 def test_public_sets_need_their_files(tmp_path: Path) -> None:
     command = ("benchmark", "--dataset", "ujiindoorloc", "--model", "weighted-knn", "--out", tmp_path / "out")
-    assert "give either DS" in the_error(vislam2tag(*command))
+    assert "pass either DS" in the_error(vislam2tag(*command))
     assert "no such file or folder; --data is where" in the_error(vislam2tag(*command, "--data", tmp_path / "gone"))
 
 
@@ -77,7 +77,7 @@ def test_values_are_read_as_json_or_text() -> None:
     texts = ["net.layers=[512, 256]", "net.rate=1e-3", "net.scale=powed", "net.fast=true"]
     (choice,) = with_parameters([ModelChoice("net", {"cell_m": 20.0})], texts)
     assert choice.parameters == {"cell_m": 20.0, "layers": (512, 256), "rate": 1e-3, "scale": "powed", "fast": True}
-    with pytest.raises(UsageError, match="give MODEL"):
+    with pytest.raises(UsageError, match="expected MODEL"):
         with_parameters([ModelChoice("net")], ["net="])
 
 

@@ -30,7 +30,7 @@ def test_a_model_is_trained_tested_and_the_same_again(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
     for text in (
         "local-kriging: learned 22 fingerprints of small (split device, fold Pixel), 10 access points, 2 floors",
-        "calibration: circles of 68 % hold",
+        "calibration: 68 % circles contain",
         "tested on 22 fingerprints: mean error",
         f"access points are hashed with key {key_name(KEY)}",
         f"model: {tmp_path / 'b.v2t'}",
@@ -60,7 +60,7 @@ def test_values_are_read_as_json_or_text() -> None:
         "none": "",
     }
     for wrong in ("k", "=5"):
-        with pytest.raises(UsageError, match="give PARAMETER=VALUE"):
+        with pytest.raises(UsageError, match="expected PARAMETER=VALUE"):
             parameters_of([wrong])
 
 
@@ -103,7 +103,7 @@ def test_faults_are_one_line_and_leave_nothing(place: Path, tmp_path: Path) -> N
     model, scans, out = place / "model.v2t", place / "scans.csv", tmp_path / "out.csv"
     assert "is no model, or damaged" in the_error(vislam2tag("locate", scans, scans, "--out", out))
     before = scans.read_bytes()
-    assert "would overwrite what it is made of" in the_error(vislam2tag("locate", model, scans, "--out", scans))
+    assert "would overwrite an input" in the_error(vislam2tag("locate", model, scans, "--out", scans))
     assert scans.read_bytes() == before
     nowhere = tmp_path / "absent" / "out.csv"
     assert "absent/out.csv: cannot be written" in the_error(vislam2tag("locate", model, scans, "--out", nowhere))
@@ -129,8 +129,8 @@ def test_walks_are_filtered_and_smoothed(place: Path, tmp_path: Path) -> None:
 
 def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
     arguments = ("locate", tmp_path / "model.v2t")
-    assert "scans come over HTTP" in the_error(vislam2tag(*arguments, tmp_path / "scans.csv", "--serve"))
-    assert "give SCANS, or --serve" in the_error(vislam2tag(*arguments))
+    assert "scans arrive over HTTP" in the_error(vislam2tag(*arguments, tmp_path / "scans.csv", "--serve"))
+    assert "pass SCANS, or --serve" in the_error(vislam2tag(*arguments))
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
             "strangers.csv",
             "scan_id,bssid,rssi_dbm\ns1,stranger,-50\ns2,stranger,-60\n",
             "no scan hears one of the model's 10 access points",
-            "take a model of the building",
+            "use a model of the building",
         ),
     ],
 )

@@ -53,7 +53,7 @@ def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(
     assert not all(room["entered"] for room in rooms)
     assert floor["walk"]["length_m"] > 50
     assert f"{sum(room['entered'] for room in rooms)} of {len(rooms)}" in done.stdout
-    assert "Rooms and corridors with most left to walk" in done.stdout
+    assert "Rooms and corridors with the largest unwalked area" in done.stdout
     (said,) = json.loads(vislam2tag("check", own, "--json", "--jobs", "1").stdout)["walked"]
     assert said == floor, "the same without --out"
     assert "floor_0/rooms.csv: these rows have no name, or no x and y in metres" in done.stdout
@@ -108,7 +108,7 @@ def test_an_evaluation_has_tables_and_files(survey: Path, tmp_path: Path) -> Non
     for text in (
         "Error at dense truth, over walks, metres",
         "without faults",
-        "kept of what local labels",
+        "labelled, relative to local",
         "2 (0 failed)",
     ):
         assert text in done.stdout

@@ -216,7 +216,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--point", "1,2=3,4", "--point", "1,2=3,4"), "two identical points, which tell no scale"),
         (("--distance", "0,0,0,0,5"), "from and to are the same point"),
         (("--distance", "0,0,5"), "--distance 0,0,5: give X,Y,X,Y,METRES"),
-        (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: goes with"),
+        (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: also pass"),
         (("--width-m", "20", "--height-m", "10", "--unit-m", "1"), "extent and unit_m are given; keep one of them"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: give EPSG:CODE"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
@@ -244,12 +244,12 @@ def test_plans_that_cannot_be(tmp_path: Path) -> None:
 
 def test_changes_that_cannot_be(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "site")
-    assert "--to: give the new site, or the change by --by" in the_error(
+    assert "pass the new site with --to, or the change with --by" in the_error(
         vislam2tag("site", "rebase", root, "--out", tmp_path / "out")
     )
     (tmp_path / "rebase.toml").write_text("[[floors]]\nnumber = 1\n")
     done = vislam2tag("site", "rebase", root, "--by", tmp_path / "rebase.toml", "--rigid", "--out", tmp_path / "out")
-    assert "--by: the change is given" in the_error(done)
+    assert "--by FILE already specifies the change" in the_error(done)
     done = vislam2tag("site", "rebase", root, "--by", tmp_path / "rebase.toml", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert "there is no change for floor 4; add it to rebase.toml" in done.stderr

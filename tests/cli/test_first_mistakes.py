@@ -1,9 +1,9 @@
-"""What the program answers to first mistakes: each row of docs/help/troubleshooting.md, tried in one made folder."""
+"""What the program answers to first mistakes: each entry of first_mistakes.toml, tried in one made folder."""
 
 from __future__ import annotations
 
-import re
 import shutil
+import tomllib
 import zipfile
 from collections import Counter
 from collections.abc import Callable
@@ -17,13 +17,12 @@ from tests.cli.command import vislam2tag
 from tests.site.plans import drawn_floor
 from tests.surveys import make_survey
 
-PAGE = Path(__file__).parents[2] / "docs" / "help" / "troubleshooting.md"
-ROW = re.compile(r"\| (?P<did>.+?)(?P<tried> \*)? \| `(?P<command>.+)` \| (?P<code>\d) \| (?P<answer>.+) \|")
+ROWS = Path(__file__).with_name("first_mistakes.toml")
 Change = Callable[[Path], object]
 
 
 class Mistake(NamedTuple):
-    """A row of the page: what somebody did, the command, how it ends, and a part of what it prints."""
+    """An entry of the list: what somebody did, the command, how it ends, and a part of what it prints."""
 
     step: str
     did: str
@@ -34,18 +33,7 @@ class Mistake(NamedTuple):
     """Whether it was found by trying."""
 
 
-def mistakes() -> list[Mistake]:
-    """All rows of the page."""
-    found, step = [], ""
-    for line in PAGE.read_text(encoding="utf-8").splitlines():
-        step = line if line.startswith("## ") else step
-        if row := ROW.fullmatch(line):
-            answer = row["answer"].replace("\\|", "|")
-            found.append(Mistake(step, row["did"], row["command"], int(row["code"]), answer, row["tried"] is not None))
-    return found
-
-
-MISTAKES = mistakes()
+MISTAKES = [Mistake(**row) for row in tomllib.loads(ROWS.read_text(encoding="utf-8"))["mistake"]]
 MARKS = "survey/floor_0/marker_dict.csv"
 WALK = "survey/floor_0/LG/2021-12-20T09:14:00"
 FILES = {
@@ -230,5 +218,3 @@ def test_there_are_sixty_and_six_a_step_and_half_were_found_by_trying() -> None:
     assert 2 * sum(mistake.tried for mistake in MISTAKES) >= len(MISTAKES)
     assert len({mistake.did for mistake in MISTAKES}) == len(MISTAKES)
     assert BEFORE.keys() <= {mistake.did for mistake in MISTAKES}
-    rows = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
-    assert len(rows) - 2 * len({mistake.step for mistake in MISTAKES}) == len(MISTAKES), "each row of the page is read"

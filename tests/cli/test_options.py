@@ -40,7 +40,7 @@ def test_options_win_over_the_file(tmp_path: Path) -> None:
 def test_numbers_beyond_all_sizes_are_refused_where_they_were_given(tmp_path: Path, value: float) -> None:
     file = tmp_path / "own.toml"
     file.write_text(f"[simulation.building]\nstorey_m = {value!r}\n")
-    told = "{}: " + f"{value:g} is beyond all sizes; give a number between 1e-6 and 1e9"
+    told = "{}: " + f"{value:g} is out of range; expected a number between 1e-6 and 1e9"
     with pytest.raises(UsageError, match=re.escape(told.format(f"--config {file}: simulation.building.storey_m"))):
         settings_of(file, {})
     with pytest.raises(UsageError, match=re.escape(told.format("--storey-m"))):

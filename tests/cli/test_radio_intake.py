@@ -156,7 +156,7 @@ def test_a_file_that_lost_all_signs_is_no_successful_import(tmp_path: Path) -> N
     assert done.returncode == 1
     assert "readings: 0" in done.stdout
     assert "lost_sign" in done.stdout
-    assert "no reading of these files can be used: correct what the findings name" in done.stderr
+    assert "no reading of these files is usable; correct the problems above" in done.stderr
     assert "next: " not in done.stdout
     assert vislam2tag("import", folder, "--out", tmp_path / "set", "--json").returncode == 1
 

@@ -21,7 +21,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "results/how-good.md": lambda: filled("how-good"),
 }
 
-TUTORIALS = ("first_steps", "own_walk", "trained_model", "plugin_strategy")
+TUTORIALS = ("first_steps", "own_walk", "trained_model")
 
 if __name__ == "__main__":
     for tutorial in TUTORIALS:

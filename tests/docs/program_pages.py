@@ -4,66 +4,192 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections import Counter
+from collections.abc import Iterator
 from enum import Enum
 from typing import Any, is_typeddict
 
-from typer.testing import CliRunner
-
 import vislam2tag.api as api
-from tests.cli.test_app import OF_SITE
-from vislam2tag.cli.app import COMMANDS, app
+from tests.cli.test_app import command_of
+from vislam2tag.cli.app import COMMANDS
 
 COMMANDS_HEAD = """\
 # Commands
 
-For whoever looks up a command or an option.
+Run `vislam2tag COMMAND --help` for the same text in a terminal. `make docs-pages` writes this page from the program.
 
-Made by `make docs-pages` of the program's own help. Every command has `--help`; exit codes are 0 (all right), 1 (some
-of it failed), 2 (wrong usage) and 130 (interrupted).
+Every command ends with exit code 0 if all went well, 1 if a part failed, 2 if it was called wrongly, and 130 if it was
+interrupted.
 """
 API_HEAD = """\
 # Python interface
 
-For whoever calls the program from Python.
-
-Made by `make docs-pages` of the docstrings of `vislam2tag.api`. `from vislam2tag.api import NAME` imports what a name
-needs, and no more. Folders and files may be text wherever `AnyPath` stands: `str` or `Path`.
+Import names from `vislam2tag.api`. Each command has a function with its name, and a name loads only the libraries that
+it needs. `AnyPath` means `str` or `Path`. `make docs-pages` writes this page from the docstrings.
 """
+COMMON = 4
+"""An option that this many commands describe alike is described once."""
+EVERYWHERE = ("`-q`", "`-v`")
+"""Options of every command, which no command lists."""
 ROLE = re.compile(r":\w+:`~?([^`]+)`|``([^`]+)``")
 
 
 def commands_page() -> str:
-    """docs/reference/commands.md: what ``--help`` says of each command, by what commands are for."""
-    parts = [COMMANDS_HEAD]
-    for title, names in COMMANDS.items():
+    """docs/reference/commands.md: the help of each command, by what commands are for; common options once."""
+    commands = {words: command for title in COMMANDS.values() for name in title for words, command in _leaves((name,))}
+    described = Counter(row for command in commands.values() for row in set(_rows(command)))
+    common = {row for row, count in described.items() if count >= COMMON and row[0].startswith("`-")}
+    parts = [
+        COMMANDS_HEAD,
+        "\n## Common options\n\nEvery command takes `-h`, `-q` and `-v`; the others are listed with each command.\n\n",
+        _table(sorted(common)),
+    ]
+    for title, summaries in COMMANDS.items():
         parts.append(f"\n## {title}\n")
-        for name, summary in names.items():
-            subcommands = OF_SITE if name == "site" else ()
-            for words in ((name,), *((name, sub) for sub in subcommands)):
-                shown = f"{summary}\n\n" if len(words) == 1 else ""
-                parts.append(f"\n### {' '.join(words)}\n\n{shown}```text\n{_help(words)}\n```\n")
+        for name, summary in summaries.items():
+            for words, command in commands.items():
+                if words[0] == name:
+                    parts.append(_section(words, command, f"{summary}\n\n" if words == (name,) else "", common))
     return "".join(parts)
 
 
-def _help(words: tuple[str, ...]) -> str:
-    """What the program prints for ``--help``."""
-    done = CliRunner().invoke(app, [*words, "--help"], prog_name="vislam2tag", env={"COLUMNS": "80"})
-    assert done.exit_code == 0, done.output
-    return "\n".join(line.rstrip() for line in done.output.strip().splitlines())
+def _leaves(words: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """A command, or for a group each command in it."""
+    command = command_of(words)
+    for name in getattr(command, "commands", ()):
+        yield from _leaves((*words, name))
+    if not hasattr(command, "commands"):
+        yield words, command
+
+
+def _section(words: tuple[str, ...], command: Any, summary: str, common: set[tuple[str, str]]) -> str:
+    usage = " ".join(command.collect_usage_pieces(_context(command)))
+    rows = _rows(command)
+    shared = [names for names, meaning in rows if (names, meaning) in common and not names.startswith(EVERYWHERE)]
+    own = [row for row in rows if row not in common]
+    parts = [f"\n### {' '.join(words)}\n\n{summary}```sh\nvislam2tag {' '.join(words)} {usage}\n```\n\n"]
+    parts.append(f"{_paragraphs(command.help)}\n\n{_table(own)}")
+    if shared:
+        parts.append(f"\nAnd of the common options {', '.join(shared)}.\n")
+    return "".join(parts)
+
+
+def _context(command: Any) -> Any:
+    return command.make_context(command.name, [], resilient_parsing=True)
+
+
+def _rows(command: Any) -> list[tuple[str, str]]:
+    """Names and meaning of a command's arguments and options, as cells of a table."""
+    rows = []
+    for each in command.params:
+        if getattr(each, "hidden", False):
+            continue
+        names = sorted((*each.opts, *each.secondary_opts), key=len)
+        if each.param_type_name == "argument":
+            names = [(each.metavar or each.name).strip("[].").upper()]
+        value = f" {each.metavar}" if each.metavar and names[0].startswith("-") else ""
+        shown = ", ".join(f"`{name}`" for name in names[:-1]) + (", " if names[1:] else "") + f"`{names[-1]}{value}`"
+        _, meaning = each.get_help_record(_context(command))
+        rows.append((shown, " ".join(meaning.replace("|", "\\|").replace("<", "&lt;").split())))
+    return rows
+
+
+def _table(rows: list[tuple[str, str]]) -> str:
+    lines = "".join(f"| {names} | {text} |\n" for names, text in rows)
+    return f"| option | meaning |\n| --- | --- |\n{lines}" if rows else ""
+
+
+def _paragraphs(text: str) -> str:
+    """A command's help as Markdown: lines that Click keeps are code."""
+    parts = []
+    for paragraph in re.split(r"\n\s*\n", inspect.cleandoc(text)):
+        if not paragraph.startswith("\b"):
+            parts.append(" ".join(paragraph.split()).replace("<", "&lt;"))
+            continue
+        title, *lines = paragraph.removeprefix("\b").strip("\n").splitlines()
+        language = "sh" if title.startswith("Example") else "text"
+        parts.append(f"{title.strip()}\n\n```{language}\n{inspect.cleandoc(chr(10).join(['', *lines]))}\n```")
+    return "\n\n".join(parts)
+
+
+TASKS: dict[str, tuple[str, str]] = {
+    "Prepare a building": (
+        "preparation pipeline.site site",
+        """\
+from vislam2tag.api import regular_survey, simulate, site_show
+
+simulate(regular_survey(seed=1, floors=(0,), devices=("Pixel",)), "survey")
+print(site_show("survey").floors[0].name)
+""",
+    ),
+    "Map walks and label readings": (
+        "pipeline.labels pipeline.survey_run pipeline.run labeling estimation pipeline.demo",
+        """\
+from vislam2tag.api import Settings, process
+
+summary = process("survey", "labels", Settings(strategy="smoother"))
+print(summary.sessions[0].status)
+""",
+    ),
+    "Check and correct": (
+        "quality",
+        """\
+from vislam2tag.api import check
+
+checked = check("survey")
+print(checked.sessions[0].expected_mean_m)
+""",
+    ),
+    "Read surveys and walks": (
+        "sessions core intake",
+        """\
+from vislam2tag.api import open_survey, read_session
+
+survey = open_survey("survey")
+session = read_session(survey.sessions[0])
+print(len(session.trajectory.time_ns))
+""",
+    ),
+    "Build data sets": (
+        "datasets pipeline.datasets",
+        """\
+from vislam2tag.api import dataset, open_dataset
+
+dataset(["labels"], "fingerprints")
+print(open_dataset("fingerprints").fingerprints.collect().height)
+""",
+    ),
+    "Train and use positioning models": (
+        "positioning pipeline.positioning pipeline.paper",
+        """\
+from vislam2tag.api import open_dataset, train
+
+trained = train(open_dataset("fingerprints"), "model.safetensors")
+print(trained.name)
+""",
+    ),
+    "Process many surveys": ("pipeline.fleet", "from vislam2tag.api import fleet_add, fleet_list\n"),
+    "Simulate": ("simulation", ""),
+    "Settings, findings and errors": ("settings common", ""),
+}
+"""By title: the modules whose names are for that task, and an example; the examples run one after the other."""
 
 
 def api_page() -> str:
-    """docs/reference/api.md: functions first, then the records and classes that they take and return."""
-    things = {name: getattr(api, name) for name in sorted(api.__all__, key=str.lower)}
-    functions = [name for name, thing in things.items() if callable(thing) and not isinstance(thing, type)]
-    errors = [name for name, thing in things.items() if isinstance(thing, type) and issubclass(thing, Exception)]
-    classes = [name for name, thing in things.items() if isinstance(thing, type) and name not in errors]
+    """docs/reference/api.md: by task an example, the functions, and the records that they take and return."""
+    titles = {prefix: title for title, (prefixes, _) in TASKS.items() for prefix in prefixes.split()}
+    names: dict[str, list[str]] = {title: [] for title in TASKS}
+    for module, listed in api.NAMES_BY_MODULE.items():
+        prefix = max((prefix for prefix in titles if f"{module}.".startswith(f"{prefix}.")), key=len)
+        names[titles[prefix]] += [each.partition("=")[0] for each in listed.split()]
     parts = [API_HEAD]
-    for title, names in (("Functions", functions), ("Classes", classes), ("Errors", errors)):
-        parts.append(f"\n## {title}\n")
+    for title, (_, example) in TASKS.items():
+        parts.append(f"\n## {title}\n" + (f"\n```python\n{example}```\n" if example else ""))
+        things = {name: getattr(api, name) for name in sorted(names[title], key=str.lower)}
+        first = sorted(things, key=lambda name: isinstance(things[name], type))
         parts += [
             f"\n### `{name}`\n\n```python\n{_signature(name, things[name])}\n```\n\n{_docstring(things[name])}\n"
-            for name in names
+            for name in first
         ]
     return "".join(parts)
 
@@ -74,7 +200,7 @@ def _signature(name: str, thing: Any) -> str:
         return f"{name}: " + " | ".join(repr(one.value) for one in thing)
     if hasattr(thing, "model_fields"):
         types = {
-            key: told for base in reversed(thing.__mro__) for key, told in vars(base).get("__annotations__", {}).items()
+            key: hint for base in reversed(thing.__mro__) for key, hint in vars(base).get("__annotations__", {}).items()
         }
         fields = "".join(f"    {field}: {types[field]},\n" for field in thing.model_fields)
         return f"{name}(\n{fields})"
@@ -86,7 +212,7 @@ def _signature(name: str, thing: Any) -> str:
     except ValueError:
         return name
     whole = f"{name}{signature}"
-    if len(whole) <= 100:
+    if len(whole) <= 78:
         return _readable(whole)
     lines = "".join(f"    {parameter},\n" for parameter in signature.parameters.values())
     returned = "" if signature.return_annotation is signature.empty else f" -> {signature.return_annotation}"
@@ -101,6 +227,7 @@ def _readable(text: str) -> str:
 
 
 def _docstring(thing: Any) -> str:
-    """Its docstring as Markdown: indented examples are code, roles of reST their names."""
+    """Its docstring as Markdown: indented examples are code, roles of reST their names, cited pages are links."""
     text = ROLE.sub(lambda found: f"`{found[1] or found[2]}`", inspect.getdoc(thing) or "")
-    return text.replace("<", "&lt;").strip()
+    text = re.sub(r"docs/([\w-]+/[\w-]+)\.md", r"[\1](../\1.md)", text.replace("<", "&lt;"))
+    return text.replace("](../reference/", "](").strip()

@@ -20,7 +20,7 @@ def settings_page() -> str:
         part = part_of(field)
         if part is not None:
             title = " ".join((inspect.getdoc(part) or "").replace("``", "`").split())
-            lines += ["", f"## {name}", "", title, "", "| setting | default | range | |"]
+            lines += ["", f"## {name}", "", title, "", "| setting | default | range | meaning |"]
             lines += ["| --- | --- | --- | --- |"]
         else:
             record, _ = owner_of(name)
@@ -34,10 +34,7 @@ def settings_page() -> str:
 
 _HEAD = """# Settings
 
-For whoever changes a setting.
-
-Made by `make docs-pages`; each setting is defined and described in the `settings.py` of the package that uses it.
-A command with `--config FILE` takes a TOML file of them, such as
+Put settings into a TOML file, such as
 
 ```toml
 strategy = "smoother"
@@ -52,17 +49,18 @@ sighting_range_m = 4.0
 max_sigma_m = 0.3
 ```
 
-and of the file what concerns it. Without it, `vislam2tag.toml` in the survey's folder is taken, and told, by `process`,
-`run`, `check`, `diagnose`, `evaluate`, `dataset`, `survey-landmarks` and `plan`. Options win over the file; the
-resolved settings are kept with each result. An option is named like its setting and ends, as that does, with the unit
-of its number. What was a setting once and is a constant now, beside the code that it is for, is still accepted in
-files, but not used; one sentence says so.
+and pass it with `--config FILE`. Without `--config`, a `vislam2tag.toml` in the survey's folder is used, and the
+command prints its name. Options override the file. Each result keeps the settings that it was made with.
 
-A positioning model's parameters are no settings of this tree but arguments of its `__init__`, as in scikit-learn, and
-described there with their defaults (`vislam2tag.positioning.models`). `train --model weighted-knn --set k=3` and
-`benchmark --set weighted-knn.k=3` set one; the model's file and the benchmark's record keep them.
+An option has the name of its setting. Settings of earlier versions that are constants now are accepted and ignored,
+with a warning.
 
-| setting | default | range | |
+The parameters of a positioning model are not settings. Set them with `train --model weighted-knn --set k=3` or
+`benchmark --set weighted-knn.k=3`. The docstrings of `vislam2tag.positioning.models` describe them.
+
+`make docs-pages` writes this page from the `settings.py` of each package.
+
+| setting | default | range | meaning |
 | --- | --- | --- | --- |"""
 
 

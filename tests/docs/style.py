@@ -61,7 +61,7 @@ def _faults_in(text: str, doubtful: bool) -> Iterator[str]:
     plain = " ".join(CODE.sub("X", text).split())
     for word in (*WORDS.finditer(plain), *(DOUBTFUL.finditer(plain) if doubtful else ())):
         yield f"uses '{word[0]}': …{plain[max(0, word.start() - 40) : word.end() + 40]}…"
-    for sentence in SENTENCE_END.split(plain):
+    for sentence in re.split(r", (?=\d+ )", plain) if plain.startswith("Exit code") else SENTENCE_END.split(plain):
         count = len([word for word in sentence.split() if re.search(r"\w", word)])
         if count > MAX_WORDS:
             yield f"has a sentence of {count} words: {sentence[:90]}…"

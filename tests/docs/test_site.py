@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import unquote, urldefrag
 
 import pytest
@@ -18,24 +20,46 @@ from tests.docs.pages import DOCS
 from tests.views.browser import note_problems, running_browser
 
 pytestmark = pytest.mark.slow
+
+
+class Answer(NamedTuple):
+    """What a search leads to: the page with more, and what is directly below the heading of one of the first hits."""
+
+    page: str
+    text: str
+
+
 ANSWERS = {
-    "file formats": r"File formats",
-    "accuracy": r"Accuracy",
-    "sigma": r"What sigma is|Uncertainty",
-    "before_first_landmark": r"before_first_landmark",
-    "citing": r"Citing",
-    "contributing": r"Contributing",
-    "changelog": r"Changelog",
-    "privacy": r"Privacy",
+    "how many landmarks do I need": Answer("how-to/site.html", r"About 12\b"),
+    "how accurate is it": Answer("results/how-good.html", r"20 cm|mean error"),
+    "how long does a survey take": Answer("how-to/field-guide.html", r"(?i)two people"),
+    "which phones work": Answer("how-to/phone-app.html", r"Android 8 or later.*ARCore"),
+    "can I use an iPhone": Answer("how-to/iphone.html", r"^Yes"),
+    "where can I download the app": Answer("how-to/phone-app.html", r"make android"),
+    "does it run on windows": Answer("how-to/install.html", r"never been run"),
+    "wifi scan throttling": Answer("how-to/phone-app.html", r"developer options|(?:4|four) .*scans in 2 minutes"),
+    "print on A3": Answer("how-to/sheets.html", r"--paper A3"),
+    "sheet not recognised": Answer("how-to/field-guide.html", r"bent"),
+    "tracking lost": Answer("how-to/field-guide.html", r"go back to the last sheet"),
+    "what does sigma mean": Answer("explanation/uncertainty.html", r"standard deviation"),
+    "report says uncertain": Answer("reference/statuses.html", r"sigma is above 0\.5 m"),
+    "map is mirrored": Answer("how-to/diagnosis.html", r"vislam2tag diagnose"),
+    "csv has other columns": Answer("reference/formats.html", r"vislam2tag inspect"),
+    "share result with a colleague": Answer("how-to/share.html", r"studio survey --export"),
+    "delete personal data": Answer("help/privacy.html", r"Delete the walk"),
+    "which model should I use": Answer("how-to/which-model.html", r"vislam2tag train"),
+    "how do I upgrade": Answer("help/upgrade.html", r"pip install --upgrade"),
+    "how do I cite": Answer("project/citing.html", r"Cite the paper"),
 }
-"""What people look for, and the heading that answers."""
+"""What people type, and its answer."""
+BELOW = 500
+"""Characters below a heading in which the answer is."""
 HITS = """(asked) => {
   const inside = [...document.querySelectorAll("*")].find((element) => element.shadowRoot).shadowRoot;
-  const hits = [...inside.querySelectorAll("a[href]")].slice(0, 3);
-  const whole = hits.filter((hit) => new URL(hit.href).searchParams.get("h") === asked);
-  return whole.map((hit) => hit.innerText.split("\\n")[0]);
+  const hits = [...inside.querySelectorAll("a[href]")];
+  return hits.filter((hit) => new URL(hit.href).searchParams.get("h") === asked).slice(0, 3).map((hit) => hit.href);
 }"""
-"""Headings of the first three hits, once the search has seen all that was typed."""
+"""Addresses of the first three hits, once the search has seen all that was typed."""
 
 
 @pytest.fixture(scope="module")
@@ -92,29 +116,47 @@ def test_every_link_of_the_built_pages_leads_somewhere(site: Path) -> None:
     assert not broken
 
 
-def test_what_people_look_for_is_two_clicks_from_the_start(site: Path) -> None:
-    """One click leads to the page that answers, so that the second may lead on within it."""
-    text = (site / "index.html").read_text(encoding="utf-8")
-    content = text.partition("<article")[2].partition("</article>")[0]
-    reached = set(re.findall(r"<a href=\"([^\"#]+\.html)[^\"]*\"", content))
-    headings = "\n".join(
-        re.sub(r"<[^>]+>", "", heading)
-        for page in reached
-        for heading in re.findall(r"<h[1-3][^>]*>(.*?)</h[1-3]>", (site / page).read_text(encoding="utf-8"), re.DOTALL)
-    )
-    assert not {asked for asked, answer in ANSWERS.items() if not re.search(rf"(?mi)^(?:{answer})", headings)}
+def article(page: Path) -> str:
+    """What a page says, without navigation."""
+    return page.read_text(encoding="utf-8").partition("<article")[2].partition("</article>")[0]
 
 
-def test_a_search_finds_the_heading_that_answers_among_the_first_three(browsed: tuple[Page, list[str]]) -> None:
+def linked(site: Path, pages: set[str]) -> set[str]:
+    """Pages that the text of these pages leads to."""
+    found = set()
+    for page in pages:
+        for target in re.findall(r"<a href=\"([^\"#:]+\.html)[^\"]*\"", article(site / page)):
+            found.add((site / page).parent.joinpath(target).resolve().relative_to(site.resolve()).as_posix())
+    return found
+
+
+def test_the_page_of_each_answer_is_two_clicks_from_the_start(site: Path) -> None:
+    first = linked(site, {"index.html"})
+    reached = first | linked(site, first)
+    assert {asked for asked, answer in ANSWERS.items() if answer.page not in reached} == set()
+
+
+def text_below(site: Path, address: str) -> str:
+    """What the reader sees below the heading that an address leads to."""
+    where, name = urldefrag(address)
+    shown = article(site / where.partition("?")[0].removeprefix(site.as_uri() + "/"))
+    heading = rf"<h[1-6] id=\"{re.escape(unquote(name))}\".*?</h[1-6]>" if name else r"<h1.*?</h1>"
+    below = re.split(heading, shown, maxsplit=1, flags=re.DOTALL)[-1]
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", "", below)).split())[:BELOW]
+
+
+def test_a_search_leads_to_the_answer_by_one_of_the_first_three_hits(
+    browsed: tuple[Page, list[str]], site: Path
+) -> None:
     page, problems = browsed
     missed = {}
     for asked, answer in ANSWERS.items():
         page.goto(page.url.partition("?")[0])
         page.keyboard.press("/")
         page.keyboard.insert_text(asked)
-        page.wait_for_function(f"(asked) => ({HITS})(asked).length == 3", arg=asked)
+        page.wait_for_function(f"(asked) => ({HITS})(asked).length > 0", arg=asked)
         hits = page.evaluate(HITS, asked)
-        if not any(re.match(answer, hit) for hit in hits):
+        if not any(re.search(answer.text, text_below(site, hit)) for hit in hits):
             missed[asked] = hits
-    assert not missed
+    assert len(missed) <= 2, missed
     assert not problems

@@ -45,7 +45,7 @@ def _run(name: str, images: Path) -> str:
             plt.figure(number).savefig(images / f"{name}_{drawn}.png", dpi=90, bbox_inches="tight")
             parts.append(f"![{title}](../images/{name}_{drawn}.png)")
         plt.close("all")
-    parts.insert(1, f"*This page is the notebook `docs/tutorials/{name}.py`, run by `make docs-pages`.*")
+    parts.insert(1, f"*This page is a notebook: open `docs/tutorials/{name}.py` in VS Code or Jupyter to run it.*")
     return "\n\n".join(parts) + "\n"
 
 

@@ -1,7 +1,7 @@
-"""Which folders of each command may be addresses in object storage, and what stands for them while it runs.
+"""Which folders of each command may be addresses in object storage.
 
-Commands see folders of this machine alone, but for the few that write to a store piece by piece; what they say of them
-names the addresses (:mod:`vislam2tag.cli.terminal`).
+Most commands work on local copies, while their output names the addresses (:mod:`vislam2tag.cli.terminal`). Only a few
+write to a store piece by piece.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 
 import typer
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, store_at
 from vislam2tag.common.files.stored_folder import folder_at_hand, folder_to_add_to, folder_to_fill
@@ -106,7 +107,7 @@ def _with_names(text: str, parameters: Sequence[Any]) -> str:
         (each.metavar or each.name).strip("[].").upper() for each in parameters if each.opts[-1] not in options
     ]
     names = [*arguments, *sorted(options)]
-    said = f"May be addresses in object storage (docs/how-to/many-surveys.md): {', '.join(names)}."
+    said = f"{' and '.join(names)} may be an address in object storage, see {page_of('how-to/many-surveys')}."
     return text.replace("\nExit code:", f"\n{said}\n\nExit code:", 1)
 
 
@@ -119,6 +120,7 @@ def _opened(stack: ExitStack, opener: _Opener | None, command: str, value: Any) 
         return value
     if opener is None:
         raise UsageError(
-            f"{address}: `vislam2tag {command}` takes no address there; copy it to this machine (docs/how-to/many-surveys.md)"
+            f"{address}: `vislam2tag {command}` needs a local path; copy it to this machine, see "
+            f"{page_of('how-to/many-surveys')}"
         )
     return stack.enter_context(opener(value))

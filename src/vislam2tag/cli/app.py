@@ -20,55 +20,57 @@ from vislam2tag.cli.addresses import take_addresses
 from vislam2tag.cli.records import help_of
 from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import Vislam2tagError, first_line, missing_extra
 from vislam2tag.common.garbage import search_seldom
 
 COMMANDS = {
     "Prepare": {
-        "site": "Building, floors, plans and frames of a survey.",
-        "plan": "Plan where landmarks stand.",
-        "sheets": "Make landmarks to print.",
-        "register": "Positions of landmarks from what surveyors measured.",
+        "site": "Describe the building: floors, plans, coordinate frames.",
+        "plan": "Plan where to hang landmarks.",
+        "sheets": "Make landmark sheets to print.",
+        "register": "Compute landmark positions from measurements.",
     },
     "Collect": {
-        "receive": "Take sessions over from phones.",
-        "inspect": "Show what is in a survey and what is wrong with it.",
-        "attach": "Tie a second phone's recording to a walk.",
-        "sightings": "Find landmarks in the pictures of an iPhone's walks.",
-        "simulate": "Simulate a raw survey with its truth.",
+        "receive": "Receive sessions from phones.",
+        "inspect": "List what a survey contains and its problems.",
+        "attach": "Add a second phone's recording to a walk.",
+        "sightings": "Find landmarks in the images of iPhone walks.",
+        "simulate": "Simulate a survey with known true positions.",
     },
     "Map and label": {
-        "run": "All of it: label, check, collect into a data set.",
-        "process": "Map every session of a survey, label every reading.",
-        "fleet": "Many surveys under one prefix, mapped by a cluster.",
-        "label": "Positions for any time-stamped table.",
-        "survey-landmarks": "Give landmarks that nobody surveyed a position.",
-        "studio": "Look, find and correct in the browser.",
-        "diagnose": "What is wrong with a survey, and the lines that correct it.",
-        "check": "How good are the labels, without truth?",
-        "evaluate": "How good are the labels, against truth?",
+        "run": "Label, check and build a data set in one go.",
+        "process": "Map all sessions of a survey and label readings.",
+        "fleet": "Process many surveys, also on a cluster.",
+        "label": "Add positions to any time-stamped table.",
+        "survey-landmarks": "Estimate positions of unsurveyed landmarks.",
+        "studio": "View and correct a survey in the browser.",
+        "diagnose": "Find mistakes in a survey and their corrections.",
+        "check": "Estimate label accuracy without ground truth.",
+        "evaluate": "Measure label accuracy against ground truth.",
     },
     "Data sets": {
-        "dataset": "Build a data set of surveys or labels.",
-        "split": "Split a data set into what trains and what tests.",
-        "import": "Read others' data as a data set.",
-        "export": "Write a data set or labels in others' formats.",
-        "join": "Join a later survey; tell what changed.",
-        "verify": "Are two sets the same, and where not?",
-        "figures": "Figures and tables of a data set for print.",
-        "radio-maps": "Maps of how loud each access point is heard.",
+        "dataset": "Build a data set from surveys or labels.",
+        "split": "Split a data set into training and test sets.",
+        "import": "Convert public data to a data set.",
+        "export": "Write a data set or labels in other formats.",
+        "join": "Add a later survey and report what changed.",
+        "verify": "Compare two data sets or outputs.",
+        "figures": "Make print figures and tables of a data set.",
+        "radio-maps": "Map the signal strength of each access point.",
     },
     "Positioning": {
         "train": "Train a positioning model on a data set.",
-        "locate": "Say where scans were taken, by a trained model.",
+        "locate": "Estimate where scans were taken, with a model.",
         "benchmark": "Train, test and compare positioning models.",
     },
-    "All of it": {
-        "paper": "The paper's tables and figures from its data.",
+    "More": {
+        "paper": "Reproduce the paper's tables and figures.",
         "demo": "Simulate, label and score a small survey.",
+        "docs": "Open the documentation in the browser.",
     },
 }
-"""Every command, by what it is for; ``--help`` shows this without importing any of them."""
+"""Every command, by purpose; ``--help`` shows this without importing any of them."""
 MODULES = {
     "benchmark": ("benchmark", "paper"),
     "collection": ("receive", "inspect"),
@@ -85,9 +87,9 @@ MODULES = {
     "register": ("register",),
     "simulate": ("simulate",),
     "site": ("site",),
-    "studio": ("studio",),
+    "studio": ("studio", "docs"),
 }
-"""Which commands each module ``commands_NAME`` has."""
+"""The commands in each module ``commands_NAME``."""
 OLD_NAMES = {
     "site init": {"--measure": "--click"},
     "plan": {"--sheet": "--paper"},
@@ -95,7 +97,7 @@ OLD_NAMES = {
     "simulate": {"--landmark-file": "--landmarks"},
     "label": {"--align": "--by"},
 }
-"""Options that had another name than the same ones of other commands have, by command: they still work."""
+"""Old names of options, by command. They still work."""
 
 
 class _Commands(TyperGroup):
@@ -148,7 +150,7 @@ def _in_plain_words(command: Any) -> None:
         format_options(ctx, formatter)
         formatter.write_dl = write
         if rare := [max(each.opts, key=len) for each in command.params if each.hidden and each.expose_value]:
-            text = f"Rarely needed (settings are in docs/reference/settings.md): {', '.join(rare)}."
+            text = f"Rarely needed, see {page_of('reference/settings')}: {', '.join(rare)}."
             formatter.write(f"\n{fill(text, formatter.width, break_on_hyphens=False)}\n")
 
     def plain_usage(piece: str) -> str:
@@ -195,7 +197,9 @@ def _options_of(holder: Callable[..., None]) -> list[Any]:
 
 def _say_where_out_stands(ctx: typer.Context, folder: str | None) -> None:
     if folder is not None:
-        raise typer.BadParameter(f"give the folder without it: vislam2tag {ctx.command.name} {folder}")
+        raise typer.BadParameter(
+            f"this command takes the folder as an argument: vislam2tag {ctx.command.name} {folder}"
+        )
 
 
 def _out_without_its_name(
@@ -203,7 +207,7 @@ def _out_without_its_name(
         str | None, typer.Option("--out", callback=_say_where_out_stands, expose_value=False, hidden=True)
     ] = None,
 ) -> None:
-    """Hold ``--out`` of commands whose folder is an argument, for people who know it from the others."""
+    """Define ``--out`` for commands whose folder is an argument, to explain the mistake."""
 
 
 def _show_log(wanted: bool) -> None:
@@ -224,24 +228,22 @@ def _hide_progress(wanted: bool) -> None:
 
 Verbose: TypeAlias = Annotated[
     bool,
-    typer.Option(
-        "--verbose", "-v", callback=_show_log, expose_value=False, help="Show what is logged, such as tracebacks."
-    ),
+    typer.Option("--verbose", "-v", callback=_show_log, expose_value=False, help="Print log messages and tracebacks."),
 ]
 Quiet: TypeAlias = Annotated[
-    bool, typer.Option("--quiet", "-q", callback=_hide_progress, expose_value=False, help="Show no progress.")
+    bool, typer.Option("--quiet", "-q", callback=_hide_progress, expose_value=False, help="Hide progress bars.")
 ]
 
 
 def _switches(verbose: Verbose = False, quiet: Quiet = False) -> None:
-    """Hold the options that each command takes, too."""
+    """Define the options of all commands."""
 
 
 app = typer.Typer(
     cls=_Commands,
     name="vislam2tag",
-    help="Label Wi-Fi and sensor readings with where they were taken.",
-    epilog="`vislam2tag COMMAND --help` tells more of each, with examples.",
+    help="Label Wi-Fi and sensor readings with the place where they were taken.",
+    epilog="Run `vislam2tag COMMAND --help` for details and examples.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -264,10 +266,10 @@ def _options(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> None:
-    """Take what may stand before a command."""
+    """Define the options before a command."""
 
 
-_DAMAGED_TABLE = "a table that this reads is damaged; make it again, or copy it again"
+_DAMAGED_TABLE = "an input table is damaged; create it again or copy it again"
 
 
 def main() -> None:
@@ -286,9 +288,9 @@ def _run() -> None:
         say("interrupted", err=True)
         sys.exit(130)
     except ModuleNotFoundError as error:
-        if (lacks := missing_extra(error)) is None:
+        if (needed := missing_extra(error)) is None:
             raise
-        say(f"error: this {lacks}", err=True)
+        say(f"error: this {needed}", err=True)
         sys.exit(2)
     except Vislam2tagError as error:
         say(f"error: {error}", err=True)
@@ -297,7 +299,7 @@ def _run() -> None:
         if said := _about_a_file(error) or _about_a_table(error):
             say(f"error: {said}", err=True)
             sys.exit(2)
-        _tell_unexpected(error)
+        _print_unexpected(error)
         sys.exit(1)
     except BaseException as error:
         if type(error).__name__ != "PanicException":  # Polars', over damage that its own checks miss
@@ -307,27 +309,27 @@ def _run() -> None:
 
 
 def _about_a_file(error: Exception) -> str | None:
-    """What the operating system says of a file that was named, where nothing else caught it; None for other errors."""
+    """The operating system's message about a file; None for other errors."""
     if isinstance(error, OSError) and error.filename and error.strerror:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, OSError) and "(os error " in str(error):  # Polars', of a file that went while it was read
         return first_line(error)
     if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop"):  # Path.resolve before Python 3.13
-        return f"{error}: links lead in a circle"
+        return f"{error}: the symbolic links form a loop"
     if isinstance(error, RecursionError):
-        return "something that this reads is nested too deep: folders within folders, or values within values"
+        return "an input is nested too deeply: folders within folders, or values within values"
     return None
 
 
 def _about_a_table(error: Exception) -> str | None:
-    """What is said of pages of a Parquet file that Polars cannot read; None for other errors."""
+    """The message about a Parquet file that Polars cannot read; None for other errors."""
     if type(error).__name__ == "ComputeError" and type(error).__module__.startswith("polars"):
         return f"{_DAMAGED_TABLE} ({first_line(error)})"
     return None
 
 
-def _tell_unexpected(error: Exception) -> None:
-    """Tell of an exception that nobody expected in one line, below its traceback where no file holds that."""
+def _print_unexpected(error: Exception) -> None:
+    """Print an unexpected exception in one line, with its traceback unless a log file contains it."""
     import traceback
 
     from vislam2tag.pipeline.run.failures import log_of

@@ -1,4 +1,4 @@
-"""Commands that compare models and repeat the paper: ``benchmark`` and ``paper``."""
+"""Commands that compare models and reproduce the paper: ``benchmark`` and ``paper``."""
 
 from __future__ import annotations
 
@@ -31,20 +31,18 @@ _SHOWN = ("floor_hit", "mean_m", "median_m", "p75_m", "p95_m", "ipin_m", "inside
 class BenchmarkOptions:
     """Arguments and options of ``vislam2tag benchmark``."""
 
-    folder: Path | None = argument("Data set; or give --dataset and --data.", None, metavar="[DS]")
+    folder: Path | None = argument("Data set. Or pass --dataset and --data.", None, metavar="[DS]")
     out: Path = option(..., "Output folder: new, empty or from an earlier benchmark.")
     model: tuple[str, ...] = option((), "Model to run; repeatable.")
-    set_: tuple[str, ...] = option((), "A model's parameter; repeatable.", "--set", metavar="MODEL.PARAMETER=VALUE")
+    set_: tuple[str, ...] = option((), "Parameter of a model; repeatable.", "--set", metavar="MODEL.PARAMETER=VALUE")
     split: tuple[str, ...] = option(
-        (), "Split of the data set; repeatable. Default: official where there is one, else random."
+        (), "Split of the data set; repeatable.  [default: official if it exists, else random]"
     )
-    seeds: int = option(5, "Runs of each model that draws random numbers.", least=1)
+    seeds: int = option(5, "Number of runs of each model with random numbers.", least=1)
     technology: Technology = "wifi"
-    paper: bool = option(
-        False, "The paper's models, as published for this data set; of DS on the paper's splits, as its Table IV."
-    )
+    paper: bool = option(False, "Also run the paper's models for this data set, for DS on the splits of its Table IV.")
     dataset: str | None = option(
-        None, "A public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library.", metavar="NAME"
+        None, "Public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library.", metavar="NAME"
     )
     data: Path | None = option(None, "Folder or archive of --dataset.", metavar="FILES")
     json: AsJson = False
@@ -52,17 +50,16 @@ class BenchmarkOptions:
 
 @command
 def benchmark_command(given: BenchmarkOptions) -> None:
-    """Benchmark positioning models on a data set: train, test, score, compare.
+    """Train, test and compare positioning models on a data set.
 
-    Each model is trained on the training part of each fold, with each seed, and tested on the rest; everything is
-    learned from the training part. Writes OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/
-    (SVG, PDF) and runs/ with the record and the predictions of every run. docs/how-to/benchmark.md tells what each
-    figure is. Stop it at any moment and give the same command again: runs that are done are not repeated.
+    Trains each model on the training part of each fold with each seed, and tests it on the rest. Writes OUT/scores.csv,
+    scores.tex, times.csv, benchmark.json, report.html, figures/ (SVG, PDF) and runs/ with all predictions.
+    docs/how-to/benchmark.md explains the figures. You can stop at any time: run the same command again to continue.
 
     Models: {models}.
 
-    Exit code: 0 all right, 1 at least one run failed, 2 wrong usage, no data set, files that are not of the public set,
-    or OUT cannot be written, 130 interrupted.
+    Exit code: 0 all runs finished, 1 a run failed, 2 wrong usage, no data set, or other files than those of the public
+    set, 130 interrupted.
 
     \b
     Examples:
@@ -80,7 +77,7 @@ def benchmark_command(given: BenchmarkOptions) -> None:
     chosen = list(published_choices(given.dataset)) if given.paper else []
     chosen = with_parameters(_with_models(chosen, given.model), given.set_)
     if not chosen:
-        raise UsageError(f"--model: name at least one; there are: {', '.join(MODELS.names())}")
+        raise UsageError(f"--model: pass at least one of {', '.join(MODELS.names())}")
     table_wanted = given.paper and given.dataset is None
     splits = given.split or (TABLE_4_SPLITS if table_wanted else ())
     plan = api.BenchmarkPlan(chosen, splits, given.seeds, given.technology, table_wanted)
@@ -97,7 +94,11 @@ def _there(out: Path) -> str:
     from vislam2tag.pipeline.positioning.benchmark import RUNS
 
     count = len(list(out.glob(f"{RUNS}/*.json")))
-    return f"{out} contains {count} runs; the same command goes on" if count else f"no run was finished in {out}"
+    return (
+        f"{out} contains {count} runs; run the same command again to continue"
+        if count
+        else f"no run was finished in {out}"
+    )
 
 
 def _with_models(chosen: Sequence[api.ModelChoice], names: Sequence[str]) -> list[api.ModelChoice]:
@@ -115,9 +116,9 @@ def with_parameters(chosen: Sequence[api.ModelChoice], texts: Sequence[str]) -> 
         place, equals, value = text.partition("=")
         name, dot, parameter = place.partition(".")
         if not (equals and dot and parameter):
-            raise UsageError(f"--set {text}: give MODEL.PARAMETER=VALUE, such as weighted-knn.k=5")
+            raise UsageError(f"--set {text}: expected MODEL.PARAMETER=VALUE, such as weighted-knn.k=5")
         if name not in parameters:
-            raise UsageError(f"--set {text}: '{name}' is none of the models to run: {', '.join(parameters)}")
+            raise UsageError(f"--set {text}: '{name}' is not among the models to run: {', '.join(parameters)}")
         parameters[name][parameter] = value_of(value)
     return [api.ModelChoice(name, own) for name, own in parameters.items()]
 
@@ -132,11 +133,11 @@ def _opened(given: BenchmarkOptions) -> Iterator[api.Dataset]:
         with api.public_dataset(dataset, data) as opened:
             yield opened
     else:
-        raise UsageError("give either DS, or --dataset NAME with --data FILES")
+        raise UsageError("pass either DS, or --dataset NAME with --data FILES")
 
 
-def _tell_next(found: api.Benchmark, out: Path, folder: Path | None) -> None:
-    """Go on with the model that the page recommends for the first split."""
+def _print_next(found: api.Benchmark, out: Path, folder: Path | None) -> None:
+    """Print the next step, with the best model of the first split."""
     from vislam2tag.pipeline.positioning.benchmark import PAGE_FILE
 
     if found.failed or not found.best:
@@ -148,11 +149,11 @@ def _tell_next(found: api.Benchmark, out: Path, folder: Path | None) -> None:
 
 
 def _said_of(best: BestModel) -> str:
-    """Name the winner, and how far behind the next one is."""
+    """Name the best model and its lead."""
     said = f"best on split {best.split}: {best.model}, {best.mean_m:.2f} m"
     if best.runner_up is None:
         return said
-    said += f"; {best.runner_up} errs {best.behind_m:.2f} m more"
+    said += f"; the error of {best.runner_up} is {best.behind_m:.2f} m greater"
     if best.behind_interval_m is None:
         return f"{said} (too few walks for an interval)"
     low, high = best.behind_interval_m
@@ -175,29 +176,26 @@ def _print_benchmark(found: api.Benchmark, given: BenchmarkOptions, beside_paper
     for one in found.failed:
         print_line("failed:", "red", f"{one.run}: {one.error}")
     say(f"page: {given.out / PAGE_FILE}")
-    _tell_next(found, given.out, given.folder)
+    _print_next(found, given.out, given.folder)
 
 
 @command
 def paper_command(
     *,
-    data: Path = argument("Folder with the published surveys, or one of them."),
+    data: Path = argument("Folder with the published surveys, or one survey."),
     out: Path = option(..., "Output folder: new, empty or from an earlier run of this command."),
-    models: bool = option(False, "Train the paper's networks, too, for Table IV."),
-    seeds: int = option(5, "With --models: how often each network is trained.", least=1),
+    models: bool = option(False, "Also train the paper's networks, for Table IV."),
+    seeds: int = option(5, "With --models: number of runs of each network.", least=1),
     json: AsJson = False,
 ) -> None:
-    """Make the paper's tables and figures (VI-SLAM2tag, Laska et al., IPIN 2022) from its data, beside the paper's
-    figures.
+    """Reproduce the tables and figures of the VI-SLAM2tag paper (Laska et al., IPIN 2022) from its data.
 
-    DATA holds the published surveys in their layout (evaluation_data, giaIndoorLoc_raw), or is one of them. Made are
-    Tables I to III (CSV, LaTeX, Markdown), Figures 1 to 9 (SVG, PDF), some that the paper does not have, walks.csv with
-    every walk's errors, and index.html with everything. What DATA lacks is named there. With --models the paper's
-    networks are trained on the walks that collect, and Table IV is made (needs PyTorch; takes far longer than all
-    else).
+    DATA contains the published surveys (evaluation_data, giaIndoorLoc_raw), or is one of them. Writes Tables I to III
+    (CSV, LaTeX, Markdown), Figures 1 to 9 (SVG, PDF), further figures, walks.csv with the errors of every walk, and
+    index.html with the paper's values beside ours. The page names missing data. With --models the paper's networks are
+    trained for Table IV. This needs PyTorch and takes far longer than the rest.
 
-    Exit code: 0 all right (parts may be missing for want of data), 1 at least one session cannot be evaluated, 2 wrong
-    usage, no survey, or OUT cannot be written.
+    Exit code: 0 written (parts without data are missing), 1 a session cannot be evaluated, 2 wrong usage or no survey.
 
     \b
     Examples:
@@ -222,7 +220,7 @@ def _print_paper(made: api.ReproducedPaper, out: Path) -> None:
         if figure.missing:
             say(f"not drawn: {figure.title}: {figure.missing}")
     for sentence in made.failed:
-        print_line("left out:", "red", sentence)
+        print_line("skipped:", "red", sentence)
     drawn = sum(not figure.missing for figure in made.figures)
     say(f"{drawn} of {len(made.figures)} figures drawn")
     say(f"page: {out / PAGE_FILE}")

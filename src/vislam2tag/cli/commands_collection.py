@@ -1,4 +1,4 @@
-"""Commands for sessions as they come in: ``receive`` and ``inspect``."""
+"""Commands for incoming sessions: ``receive`` and ``inspect``."""
 
 from __future__ import annotations
 
@@ -28,36 +28,36 @@ if TYPE_CHECKING:
 
 
 UNPACKED = 8
-"""A zip may unpack to this many times ``--max-size-mb``."""
+"""Factor between ``--max-size-mb`` and the largest unpacked size of a zip."""
 MEGABYTE = 1_000_000
 
 
 @command
 def receive_command(
     *,
-    survey: Path = argument("Survey folder; floors and devices that it lacks are made in it."),
-    zips: tuple[Path, ...] = argument("Zips of sessions to file.", (), metavar="[ZIP]..."),
-    host: str = option(EVERYWHERE[0], "Address to listen on; 127.0.0.1: this computer alone."),
-    port: int = option(8765, "Port to listen on; 0: any free one.", least=0, most=65535),
-    max_size_mb: int = option(1000, "Greatest zip taken, megabytes.", least=1, hidden=True),
-    floor: int | None = option(None, "Floor that recordings of other apps are filed under."),
-    device: str | None = option(None, "Device that they are filed under.", metavar="NAME"),
+    survey: Path = argument("Survey folder. Missing floor and device folders are created."),
+    zips: tuple[Path, ...] = argument("Session zips to add without starting a server.", (), metavar="[ZIP]..."),
+    host: str = option(EVERYWHERE[0], "Address to listen on; 127.0.0.1 for this computer only."),
+    port: int = option(8765, "Port to listen on; 0 for any free port.", least=0, most=65535),
+    max_size_mb: int = option(1000, "Largest accepted zip, megabytes.", least=1, hidden=True),
+    floor: int | None = option(None, "Floor for recordings of other apps."),
+    device: str | None = option(None, "Device name for recordings of other apps.", metavar="NAME"),
     json: AsJson = False,
 ) -> None:
-    """Receive sessions from phones and file them in the survey, at floor_K/DEVICE/SESSION.
+    """Receive sessions from phones and file them as floor_K/DEVICE/SESSION.
 
-    Shows a code for the phone's camera; the phone must be on the same network. Uploads go on where they broke off, also
-    after a restart. A session is checked whole before it appears, and never replaces another one. Ctrl-C ends it.
+    Shows a code for the phone's camera. The phone must be on the same network. Interrupted uploads continue, also after
+    a restart. A session is checked before it is filed, and never replaces another one. Press Ctrl-C to stop.
 
-    With ZIP files (shared by mail or cable) these are checked and filed, and no server is started. Zips that other apps
-    share (Stray Scanner, Polycam, Sensor Logger, ...: docs/how-to/iphone.md) are filed, too, from the page or as files;
-    they know no floor, so that --floor says it where the survey has several.
+    If you pass ZIP files, these are checked and filed, and no server starts. Zips of other apps such as Stray Scanner,
+    Polycam and Sensor Logger are accepted too, see docs/how-to/iphone.md. They do not contain the floor, so pass
+    --floor if the survey has several.
 
-    The token is never sent, only proof of it; what the sessions hold is sent as it is. Use a network that you trust, or
-    the phone's or the computer's own hotspot, where others should not read them.
+    Use a network that you trust, or a hotspot of the phone or computer. The access token is never sent, but the
+    sessions are sent unencrypted.
 
-    Exit code: 0 ended by Ctrl-C, or all ZIPs filed, 1 a ZIP was refused, 2 no folder, or it cannot be written, or the
-    address cannot be listened on.
+    Exit code: 0 stopped by Ctrl-C or all ZIPs filed, 1 a ZIP was refused, 2 no such folder, or the address is not
+    available.
 
     \b
     Examples:
@@ -67,7 +67,7 @@ def receive_command(
       vislam2tag receive survey walk-1.zip --floor 2 --device iPhone
     """
     if not survey.is_dir():
-        raise SurveyError(f"{survey}: not a folder; name the survey that sessions are filed in")
+        raise SurveyError(f"{survey}: not a folder; pass the survey folder for the sessions")
     from vislam2tag.studio.receiving.zips import app_place
 
     place = app_place(floor, device)
@@ -85,13 +85,15 @@ def receive_command(
 
 
 def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: bool) -> FiledSession | None:
-    """File one zip and tell it; tell and return None where it is refused."""
+    """File one zip and report it; report and return None if it is refused."""
     from vislam2tag.studio.receiving.uploads import file_zip
     from vislam2tag.studio.receiving.zips import RefusedZipError
 
     try:
         if path.stat().st_size > max_bytes:
-            raise RefusedZipError(f"larger than {max_bytes // MEGABYTE:,} MB; raise --max-size-mb if that is right")
+            raise RefusedZipError(
+                f"larger than {max_bytes // MEGABYTE:,} MB; increase --max-size-mb if that is correct"
+            )
         filed = file_zip(survey, path, UNPACKED * max_bytes, place)
     except RefusedZipError as error:
         say(f"refused {path}: {error}", err=True)
@@ -99,12 +101,12 @@ def _filed(survey: Path, path: Path, max_bytes: int, place: AppPlace, *, tell: b
     except OSError as error:
         raise OutputError(f"{error.filename or path}: {error.strerror}") from error
     if tell:
-        say(f"{filed.path}: {'was there already' if filed.already else 'filed'}")
+        say(f"{filed.path}: {'already filed' if filed.already else 'filed'}")
     return filed
 
 
 class _Screen:
-    """Tells what happens: a bar for each upload that runs, a line for each session."""
+    """Shows a bar for each running upload and a line for each session."""
 
     def __init__(self, bars: Progress) -> None:
         from rich.progress import TaskID
@@ -119,14 +121,14 @@ class _Screen:
         self._bars.update(self._tasks[name], completed=received)
 
     def filed(self, name: str, filed: FiledSession) -> None:
-        """Tell of a session."""
+        """Report a session."""
         self._end(name)
         self.filed_sessions.append(filed)
-        what, colour = ("there already", "yellow") if filed.already else ("filed", "green")
+        what, colour = ("already filed", "yellow") if filed.already else ("filed", "green")
         self._print(what, colour, filed.path)
 
     def refused(self, address: str, message: str) -> None:
-        """Tell of a request that was refused."""
+        """Report a refused request."""
         self._print("refused", "red", f"{address}: {message}")
 
     def _end(self, name: str) -> None:
@@ -139,7 +141,7 @@ class _Screen:
 
 
 def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, console: Console) -> list[FiledSession]:
-    """Take uploads until Ctrl-C; returns what was filed."""
+    """Receive uploads until Ctrl-C; returns the filed sessions."""
     # Only a server needs these; starting quickly matters to all other commands.
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TransferSpeedColumn
 
@@ -157,7 +159,7 @@ def _serve(survey: Path, host: str, port: int, max_bytes: int, place: AppPlace, 
         token, screen = new_token(), _Screen(bars)
         _welcome(console, url_for(host, opened.getsockname()[1], token), token)
         for waiting in uploads.waiting():
-            line = f"an upload waits to go on: {waiting.received:,} of {waiting.length:,} bytes are here"
+            line = f"an interrupted upload can continue: {waiting.received:,} of {waiting.length:,} bytes received"
             console.out(line, highlight=False)
         listener = Listener(screen.received, screen.filed, screen.refused)
         serve(Receiver(uploads, Guard(token), listener).app(), opened)
@@ -171,8 +173,8 @@ def _welcome(console: Console, url: str, token: str) -> None:
 
     if console.is_terminal:
         console.out(code_of(url), end="", highlight=False)
-    console.out(f"Scan the code with the phone, or open this address there:\n\n    {url}\n", highlight=False)
-    console.out(f"    token {grouped(token)}\n\nCtrl-C ends it.", highlight=False)
+    console.out(f"Scan the code with the phone, or open this address on the phone:\n\n    {url}\n", highlight=False)
+    console.out(f"    token {grouped(token)}\n\nPress Ctrl-C to stop.", highlight=False)
 
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "cyan"}
@@ -186,12 +188,12 @@ def inspect_command(
     config: ConfigFile = None,
     use_planned: bool | None = setting("survey.use_planned"),
 ) -> None:
-    """Show what is in a survey and what is wrong with it, without mapping anything.
+    """List what a survey contains and its problems, without mapping it.
 
-    Lists floors, sessions and all findings: which file, which lines, what was done about it. Nothing is written.
+    Lists floors, sessions and all findings, with file, lines and how the program handled each. Nothing is written.
 
-    Exit code: 0 nothing is wrong (warnings are no failure), 1 a finding is an error, a session cannot be read or does
-    not have what mapping needs, or all are excluded, 2 not a survey.
+    Exit code: 0 nothing is wrong, 1 a finding is an error, a session cannot be read or mapped, or all are excluded, 2
+    not a survey. Warnings do not change the exit code.
 
     \b
     Examples:

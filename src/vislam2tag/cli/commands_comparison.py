@@ -39,8 +39,8 @@ class SplitOptions:
     """Arguments and options of ``vislam2tag split``."""
 
     dataset: Path = argument("Data set.", metavar="DS")
-    by: SplitKind | None = option(None, "Make a split that holds this out, and save it.")
-    name: str | None = option(None, "Name of the new split; else its kind.")
+    by: SplitKind | None = option(None, "Make a new split of this kind and save it.")
+    name: str | None = option(None, "Name of the new split.  [default: its kind]")
     seed: int | None = setting("split.seed")
     share: float | None = setting("split.share", hidden=True)
     folds: int | None = setting("split.folds", hidden=True)
@@ -52,14 +52,13 @@ class SplitOptions:
 
 @command
 def split_command(given: SplitOptions) -> None:
-    """Splits of a data set into what trains and what tests, and how far each leaks.
+    """Split a data set into training and test sets, and show how far they leak.
 
-    Lists the splits saved with the data set: each fold, its size, and how near in place and time its test fingerprints
-    are to those that train. With --by it makes one more and saves it. docs/reference/splits.md tells what each kind
-    holds out.
+    Lists the splits of the data set: each fold, its size, and the distance in place and time between test and training
+    fingerprints. With --by it makes another split and saves it. docs/reference/splits.md describes the kinds.
 
-    Exit code: 0 all right, 1 there is no split, 2 wrong usage, no data set, the data cannot give the split, or it
-    cannot be written, 130 interrupted.
+    Exit code: 0 listed or made, 1 there is no split, 2 wrong usage, no data set, or the data do not allow the split,
+    130 interrupted.
 
     \b
     Examples:
@@ -73,7 +72,7 @@ def split_command(given: SplitOptions) -> None:
     opened = api.open_dataset(given.dataset)
     if by is None:
         if given.name is not None:
-            raise UsageError("--name: names a new split; say by --by what it holds out")
+            raise UsageError("--name: also pass --by, the kind of the new split")
         shown = opened.splits
     else:
         split = api.split(opened, by, settings, given.name)
@@ -84,13 +83,13 @@ def split_command(given: SplitOptions) -> None:
 
 
 def _settings(given: SplitOptions) -> SplitSettings:
-    """Return the settings of a new split; raises UsageError for an option that does not belong to it."""
+    """The settings of a new split; raises UsageError for an option that its kind does not have."""
     wanted = {name: value for name, value in settings_given(given).items() if value is not None}
     for name in wanted:
         if given.by is None:
-            raise UsageError(f"{option_of(name)}: belongs to a new split; say by --by what it holds out")
+            raise UsageError(f"{option_of(name)}: also pass --by, the kind of the new split")
         if name.rpartition(".")[2] not in _TAKES.get(given.by, ()):
-            raise UsageError(f"{option_of(name)}: a split by {given.by} takes no such option; leave it out")
+            raise UsageError(f"{option_of(name)}: does not apply to a split by {given.by}; remove it")
     return settings_of(given.config, wanted).split
 
 
@@ -98,7 +97,7 @@ def _print_split(found: tuple[SplitLeakage, ...], opened: api.Dataset, given: Sp
     if found:
         _print_leakage(found)
     else:
-        say("no splits; --by makes one")
+        say("the data set has no split; make one with --by")
     for split in found:
         say(f"{split.name}: {split.verdict}")
     for finding in opened.info.findings if given.by is None else ():
@@ -117,8 +116,8 @@ def _print_leakage(found: tuple[SplitLeakage, ...]) -> None:
         folds = (fold for fold in split.folds if fold.of == split.folds[0].of)
         rows += [*((split.name, fold.fold, *_cells(fold)) for fold in folds), None]
     near = ("metres, same floor", "within 1 m", "seconds, same walk or phone", "within 5 s")
-    title = "From each test fingerprint to the nearest that trains: 5 %, half, 95 %"
-    print_table(title, ("split", "fold"), ("train", "test", *near, "walks that train"), rows)
+    title = "Distance from test fingerprints to the nearest training fingerprint: 5 %, median, 95 %"
+    print_table(title, ("split", "fold"), ("training", "test", *near, "test walks in training"), rows)
 
 
 def _cells(fold: FoldLeakage) -> tuple[str, ...]:
@@ -138,7 +137,7 @@ def _spread(spread: QuantileSummary | None) -> str:
 
 
 SHOWN = 20
-"""Tables that differ and are shown; --json has all."""
+"""Number of differing tables printed; --json lists all."""
 _COLUMNS_SHOWN = 3
 
 
@@ -149,20 +148,18 @@ def verify_command(
     b: Path = argument("The second folder."),
     tolerance: float = option(
         0.01,
-        "Metres that positions may lie apart; other numbers with fractions may differ by as much in their "
-        "own unit. Times, whole numbers and texts must be equal.",
+        "Allowed difference of positions in metres, and of other decimal numbers in their unit. Times, whole "
+        "numbers and texts must be equal.",
         least=0.0,
     ),
     json: AsJson = False,
 ) -> None:
-    """Verify: are two sets the same within a tolerance, and if not, where?
+    """Compare two data sets or outputs within a tolerance, for example a published set with a rebuilt one.
 
-    For those who rebuild a published set from raw data. A and B are both data sets, both outputs of `vislam2tag
-    process`, or both folders in the published labelled layout (wifi_annotated.csv and sensors_annotated.csv in each
-    session; spaces around fields and the form of numbers do not matter). Rows are matched by scan and access point, by
-    line of the raw file, or by time. Two outputs of `process` (of two strategies, settings or dates) are also compared
-    walk by walk: how many metres apart each has its frames, what share is labelled, sigma, and the error where truth is
-    known, as `studio` does. Nothing is written.
+    A and B are two data sets, two outputs of `process`, or two folders in the published labelled layout (with
+    wifi_annotated.csv and sensors_annotated.csv in each session). Rows are matched by scan and access point, by line of
+    the raw file, or by time. Two outputs of `process` are also compared walk by walk: distance between positions,
+    labelled share, sigma, and error if the truth is known. Nothing is written.
 
     Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
 
@@ -180,15 +177,15 @@ def verify_command(
 def _print_verify(found: api.Comparison, a: Path, b: Path) -> None:
     for letter, sessions in (("A", found.missing_sessions), ("B", found.extra_sessions)):
         for session in sessions:
-            say(f"only {letter} has session {session}")
+            say(f"only {letter} contains session {session}")
     if found.facts:
-        say(f"the manifests differ in {', '.join(found.facts)}")
+        say(f"the manifests differ in: {', '.join(found.facts)}")
     if found.differences:
         _print_tables(found.differences[:SHOWN])
     if found.labels and not found.same:
         _print_walks(found.labels)
     if len(found.differences) > SHOWN:
-        say(f"{len(found.differences) - SHOWN} more tables differ; --json has all")
+        say(f"{len(found.differences) - SHOWN} more tables differ; --json lists all")
     say(_last_line(found))
     next_step("verify" if found.same else "verify, different", a=a, b=b)
 
@@ -201,11 +198,11 @@ def _print_tables(differences: tuple[TableDifferences, ...]) -> None:
         session = one.session if one.session != WHOLE_SET else "-"
         rows.append((session, one.table, _texts(one), str(one.matched), str(one.missing), str(one.extra)))
     heads = ("rows in both", "only in A", "only in B")
-    print_table("Differences", ("session", "table", "what differs"), heads, rows)
+    print_table("Differences", ("session", "table", "difference"), heads, rows)
 
 
 def _print_walks(found: LabelComparison) -> None:
-    """The walks, those furthest apart first, what they come to in all, and what settings differ."""
+    """Print the walks with the largest distance first, the totals, and the settings that differ."""
     rows = []
     for one in sorted(found.sessions, key=lambda one: -(one.apart_p95_m or 0.0))[:SHOWN]:
         pairs = (
@@ -216,7 +213,7 @@ def _print_walks(found: LabelComparison) -> None:
         rows.append((one.id, *pairs, metres(one.apart_median_m), metres(one.apart_p95_m)))
     labelled, sigma, error = ((total.a, total.b) for total in found.totals[1:])
     totals = (", ".join(map(form, pair)) for form, pair in ((_share, labelled), (metres, sigma), (metres, error)))
-    heads = ("labelled", "sigma", "error", "apart (median)", "apart (95 %)")
+    heads = ("labelled", "sigma", "error", "distance (median)", "distance (95 %)")
     print_table("Walks, A and B", ("session",), heads, [*rows, ("all", *totals, "", "")])
     for each in found.settings:
         say(f"{each.name}: {each.a}, {each.b}")
@@ -230,7 +227,7 @@ def _texts(one: TableDifferences) -> str:
     lines = []
     for letter, names in (("A", one.missing_columns), ("B", one.extra_columns)):
         if names:
-            lines.append(f"only {letter} has column {', '.join(names)} (or its type differs)")
+            lines.append(f"column only in {letter}, or of another type: {', '.join(names)}")
     for column in one.columns[:_COLUMNS_SHOWN]:
         most = "" if column.greatest is None else f", at most {column.greatest:.4g}"
         lines.append(f"{column.column}: {column.rows} rows{most} (at {column.where})")
@@ -256,19 +253,18 @@ def join_command(
     base: Path = argument("The data set."),
     later: Path = argument("The data set of a later survey of the same building."),
     out: Path = option(..., "Folder for the joined data set: new, empty or an earlier data set."),
-    cell_m: float = option(CHANGE_CELL_M, "Side of the square that counts as one place, metres.", least=0.5),
+    cell_m: float = option(CHANGE_CELL_M, "Side length of the squares that are compared, metres.", least=0.5),
     replace: Replace = False,
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    """Join a later survey to a data set, and tell what changed in the building between the two.
+    """Add a later survey to a data set and report what changed in the building.
 
-    Writes one data set of all walks to DS, and to DS/changes which access points appeared, vanished or moved (judged
-    only where both surveys walked), and the places whose RSSI changed beyond what noise and the phones' offsets
-    explain: those are worth walking again. docs/how-to/second-survey.md tells how it is tested. A walk that both sets
-    hold is taken once.
+    Writes one data set of all walks to DS. DS/changes lists access points that appeared, vanished or moved, judged only
+    where both surveys walked. It also lists places whose RSSI changed by more than noise and phone offsets explain.
+    Walk these again. docs/how-to/second-survey.md explains the tests. A walk in both data sets is used once.
 
-    Exit code: 0 joined, 2 wrong usage, the sets cannot be joined, or DS cannot be written, 130 interrupted.
+    Exit code: 0 joined, 2 wrong usage, or the sets cannot be joined, 130 interrupted.
 
     \b
     Examples:
@@ -292,10 +288,10 @@ def _print_join(record: api.SurveyChanges, out: Path) -> None:
         again = one.places.get(CHANGED, 0) + one.places.get(OUTDATED, 0)
         say(f"{one.technology}: access points: {points or 'none'}")
         say(f"{one.technology}: places: {places or 'none'}")
-        say(f"{one.technology}: {again} places are worth walking again")
+        say(f"{one.technology}: walk {again} places again")
     for finding in record.findings:
         say(f"{finding.kind}: {finding.message}")
-    say(f"joined: {out}, what changed: {out / CHANGES}")
+    say(f"joined: {out}, changes: {out / CHANGES}")
     next_step("join", dataset=out)
 
 

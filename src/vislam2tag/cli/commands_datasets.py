@@ -1,4 +1,4 @@
-"""Commands that make a data set and show what is in it: ``dataset``, ``figures`` and ``radio-maps``."""
+"""Commands that build a data set and show its content: ``dataset``, ``figures`` and ``radio-maps``."""
 
 from __future__ import annotations
 
@@ -37,9 +37,7 @@ def seconds_of(text: str, option: str) -> float:
     match = _DURATION.fullmatch(text)
     seconds = float(match.group(1)) * _UNITS_S[match.group(2)] if match else 0.0
     if seconds < _LEAST_S:
-        raise UsageError(
-            f"{option} {text}: give a time of a millisecond or more with its unit, such as 500ms, 2s or 1.5min"
-        )
+        raise UsageError(f"{option} {text}: expected at least 1 ms with a unit, such as 500ms, 2s or 1.5min")
     return seconds
 
 
@@ -49,10 +47,10 @@ class DatasetOptions:
 
     sources: tuple[Path, ...] = argument("Surveys, or output folders of process.", metavar="SOURCE...")
     out: Path = option(..., "Folder for the data set: new, empty or an earlier data set.")
-    name: str | None = option(None, "Name of the data set; else that of its surveys.")
+    name: str | None = option(None, "Name of the data set.  [default: name of the survey]")
     window: float | None = option(
         None,
-        "Group Wi-Fi readings by windows of time, such as 1s, not by scan.",
+        "Group Wi-Fi readings by time windows such as 1s instead of by scan.",
         metavar="DURATION",
         parse=seconds_of,
         sets=("dataset.wifi_window_s",),
@@ -86,20 +84,18 @@ class DatasetOptions:
     config: ConfigFile = None
     max_sigma_m: float | None = option(
         None,
-        "Fingerprints less sure than this are marked uncertain and keep their position; else as process did.",
+        "Mark fingerprints with a greater sigma as uncertain.  [default: as process did]",
         metavar="METRES",
         least=0.0001,
     )
-    building: tuple[str, ...] = option((), "Name of a source's building; repeatable, one for each source.")
-    survey: tuple[Path, ...] = option(
-        (), "The survey that a source was made of, for its plans; repeatable, in order of the sources."
-    )
-    radios: bool = option(False, "Make one reading of all networks that one radio sends.")
+    building: tuple[str, ...] = option((), "Building name of a source; repeatable, one for each source.")
+    survey: tuple[Path, ...] = option((), "Survey of a source, for its plans; repeatable, in the order of the sources.")
+    radios: bool = option(False, "Merge the readings of all networks of one radio.")
     hiding: PrivacyOptions
     describe: Description = None
-    people: int | None = option(None, "How many people made the survey (with --hours), for what it cost.", least=1)
-    hours: float | None = option(None, "Hours that the survey took, setting up included.", least=0.01)
-    labels: Path | None = option(None, "Keep in this folder what process writes, if the source is a survey.")
+    people: int | None = option(None, "Number of people in the survey (with --hours), for its cost.", least=1)
+    hours: float | None = option(None, "Duration of the survey in hours, including preparation.", least=0.01)
+    labels: Path | None = option(None, "Folder for the output of process, if the source is a survey.")
     replace: Replace = False
     follow_links: FollowLinks = False
     jobs: Jobs = ALL_CORES
@@ -107,14 +103,14 @@ class DatasetOptions:
 
 @command
 def dataset_command(given: DatasetOptions) -> None:
-    """Build a data set: fingerprints, readings, access points, walks, splits, statistics and a card that describes it.
+    """Build a data set: fingerprints, readings, access points, walks, splits, statistics and a data card.
 
-    Give a survey (it is processed first) or what `process` wrote; several of either make one data set. One fingerprint
-    a scan: the mean of its readings' positions, weighted by their certainty. docs/reference/datasets.md tells what each
-    column is.
+    Pass a survey, which is processed first, or the output of `process`. Several sources make one data set. A
+    fingerprint is one scan. Its position is the mean of its readings' positions, weighted by their certainty.
+    docs/reference/datasets.md describes all columns.
 
-    Exit code: 0 all right (what was odd is in the manifest and the report), 1 at least one walk has no label, or no
-    fingerprint has a position, 2 wrong usage, a source cannot be used, or DS cannot be written, 130 interrupted.
+    Exit code: 0 built (see the report for findings), 1 a walk has no label, or no fingerprint has a position, 2 wrong
+    usage or an unusable source, 130 interrupted.
 
     \b
     Examples:
@@ -150,15 +146,17 @@ def dataset_command(given: DatasetOptions) -> None:
 
 
 def _field_work(people: int | None, hours: float | None) -> api.FieldWork | None:
-    """What the survey took; raises UsageError for people without hours, and for numbers that cannot be."""
+    """The effort of the survey; raises UsageError for people without hours, or impossible numbers."""
     from pydantic import ValidationError
 
     if hours is None and people is not None:
-        raise UsageError(f"--people {people}: give --hours, too, for what the survey cost")
+        raise UsageError(f"--people {people}: also pass --hours")
     try:
         return None if hours is None else api.FieldWork(people=people or 1, hours=hours)
     except ValidationError as error:
-        raise UsageError(f"--people {people or 1} --hours {hours:g}: no survey took so much; correct it") from error
+        raise UsageError(
+            f"--people {people or 1} --hours {hours:g}: this is too much for a survey; correct it"
+        ) from error
 
 
 def _built(given: DatasetOptions, settings: api.DatasetSettings, options: api.BuildOptions) -> api.Dataset:
@@ -193,7 +191,7 @@ def start_of(text: str) -> tuple[api.Storey, tuple[float, float]]:
     """Read ``FLOOR:X,Y`` or ``BUILDING/FLOOR:X,Y``, metres; raises UsageError for anything else."""
     match = _START.fullmatch(text)
     if match is None:
-        raise UsageError(f"--start {text}: give FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
+        raise UsageError(f"--start {text}: expected FLOOR:X,Y or BUILDING/FLOOR:X,Y in metres, such as 1:12.5,3")
     building, floor, x, y = match.groups()
     return api.Storey(building or "", int(floor)), (float(x), float(y))
 
@@ -209,17 +207,16 @@ def figures_command(
     json: AsJson = False,
     config: ConfigFile = None,
     start: tuple[str, ...] = option(
-        (), "Where the walk that fills a floor's gaps begins; repeatable. Else anywhere.", metavar="FLOOR:X,Y"
+        (), "Start of the walk that fills a floor's gaps; repeatable.  [default: anywhere]", metavar="FLOOR:X,Y"
     ),
 ) -> None:
-    """Figures of a data set for print, the paper's Table III, and the shortest further walk that fills its gaps.
+    """Make print figures of a data set, the paper's Table III, and a walk that fills its gaps.
 
-    Writes fingerprints by device and floor (the paper's Figure 8), coverage on the plans with gaps and walks, access
-    points a fingerprint, RSSI by device, sigma, and fingerprints over time as SVG and PDF; Table III as CSV, Markdown
-    and LaTeX; coverage.json with each floor's coverage and the corners of the walks.
+    Writes SVG and PDF figures: fingerprints by device and floor (the paper's Figure 8), coverage on the plans, access
+    points of a fingerprint, RSSI by device, sigma, and fingerprints over time. Table III is written as CSV, Markdown
+    and LaTeX. coverage.json contains the coverage of each floor and the shortest walk that fills its gaps.
 
-    Exit code: 0 all right, 1 no fingerprint has a position, 2 wrong usage, no data set, or OUT cannot be written, 130
-    interrupted.
+    Exit code: 0 written, 1 no fingerprint has a position, 2 wrong usage or no data set, 130 interrupted.
 
     \b
     Examples:
@@ -245,13 +242,13 @@ def _print_figures(made: api.CoverageRecord, out: Path, dataset: Path) -> None:
         covered = "-" if floor.share is None else f"{100 * floor.share:.0f} %"
         storey = storey_text(api.Storey(floor.building, floor.floor))
         rows.append((storey, str(floor.fingerprints), f"{floor.walkable_m2:.0f} m²", covered, *walk))
-    heads = ("fingerprints", "walkable", "covered", "walk that fills the gaps", "takes")
+    heads = ("fingerprints", "walkable", "covered", "walk to fill the gaps", "duration")
     print_table("Coverage", ("floor",), heads, rows)
     say(f"figures, Table III and {COVERAGE_FILE}: {out}")
     if made.floors:
         next_step("figures", dataset=dataset)
     else:
-        say("coverage: could not be judged: no fingerprint has a position")
+        say("coverage could not be judged, because no fingerprint has a position")
         next_step("no position", page=dataset / "report.html")
 
 
@@ -263,7 +260,7 @@ def metres_of(text: str, option_name: str) -> float:
     """Read a length such as ``1m`` or ``50cm``; raises UsageError for anything else."""
     match = _LENGTH.fullmatch(text)
     if match is None or float(match.group(1)) == 0:
-        raise UsageError(f"{option_name} {text}: give a length above zero with its unit, such as 1m or 50cm")
+        raise UsageError(f"{option_name} {text}: expected a length above zero with a unit, such as 1m or 50cm")
     return float(match.group(1)) * _UNITS_M[match.group(2)]
 
 
@@ -272,7 +269,7 @@ class RadioMapsOptions:
     """Arguments and options of ``vislam2tag radio-maps``."""
 
     dataset: Path = argument("Data set (see vislam2tag dataset).")
-    out: Path = option(..., "Folder to write: new, empty or with radio maps.")
+    out: Path = option(..., "Output: a new or empty folder, or one from an earlier run.")
     ap: tuple[str, ...] = option((), "Only this access point; repeatable.", "--ap", metavar="BSSID")
     cell: float | None = option(
         None,
@@ -284,7 +281,7 @@ class RadioMapsOptions:
     )
     reach: float | None = option(
         None,
-        "Cells farther than this from every fingerprint stay empty.  [default: 3m]",
+        "Leave cells empty that are farther than this from every fingerprint.  [default: 3m]",
         metavar="LENGTH",
         parse=metres_of,
         sets=("radio_maps.reach_m",),
@@ -298,14 +295,14 @@ class RadioMapsOptions:
 
 @command
 def radio_maps_command(given: RadioMapsOptions) -> None:
-    """Draw radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is
-    heard.
+    """Map the signal strength of each access point over each floor.
 
-    One map for each floor, technology and access point, smoothed by a Gaussian process, without the phones' offsets,
-    with the error of readings that were left out. Writes R/radio_maps.json, index.html to look through, one NumPy file
-    a floor, one GeoTIFF an access point, and figures. docs/explanation/positioning.md tells what each layer is.
+    Each map shows the mean RSSI, its spread, and how often the access point is received. Maps are smoothed by a
+    Gaussian process, without the offsets of the phones, and come with the error on left-out readings. Writes
+    R/radio_maps.json, index.html, a NumPy file for each floor, a GeoTIFF for each access point, and figures.
+    docs/explanation/positioning.md explains the layers.
 
-    Exit code: 0 all right, 2 wrong usage, no data set, nothing to map, or R cannot be written, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage, no data set or nothing to map, 130 interrupted.
 
     \b
     Examples:
@@ -314,7 +311,7 @@ def radio_maps_command(given: RadioMapsOptions) -> None:
       vislam2tag radio-maps fingerprints --out one --ap 0c:8d:db:f5:3c:01
     """
     settings = settings_from(given).radio_maps
-    with interrupted_with(f"{given.out} holds no new radio maps"), session_bar("access points") as bar:
+    with interrupted_with(f"no radio map was written to {given.out}"), session_bar("access points") as bar:
         found = api.radio_maps(given.dataset, given.out, settings, given.ap, bar.count, follow_links=given.follow_links)
     answer(found, given.json, lambda: _print_radio_maps(found, given, settings.most))
 
@@ -334,9 +331,9 @@ def _print_radio_maps(found: api.RadioMapIndex, given: RadioMapsOptions, most: i
         place = (f"{floor.building} {floor.floor}".strip(), floor.technology)
         counts = (str(len(floor.access_points)), str(floor.fingerprints), f"{floor.kernel.noise_db:.1f} dB")
         rows.append((*place, *counts, *typical))
-    numbers = ("access points", "fingerprints", "noise", "error of a map, median", "within one deviation, median")
+    numbers = ("access points", "fingerprints", "noise", "median error of a map", "median share within one sigma")
     print_table("Radio maps", ("floor", "technology"), numbers, rows)
     if not given.ap and any(len(floor.access_points) == most for floor in found.floors):
-        say(f"only the {most} most heard access points of a floor are mapped; --most takes more")
+        say(f"only the {most} most often received access points of each floor are mapped; --most maps more")
     say(f"page: {given.out / PAGE_FILE}")
     next_step("radio-maps", dataset=given.dataset)

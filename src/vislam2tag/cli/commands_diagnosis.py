@@ -1,4 +1,4 @@
-"""Commands that find what is wrong with landmarks, or where they are: ``diagnose`` and ``survey-landmarks``."""
+"""Commands that find mistakes of landmarks, or their positions: ``diagnose`` and ``survey-landmarks``."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class DiagnoseOptions:
 
     survey: SurveyFolder
     apply: bool = option(False, "Add the corrections to the survey's corrections.toml.")
-    revert: bool = option(False, "Take out what --apply added, and do nothing else.")
-    conflicts: Path | None = option(None, "Write a page that maps what agrees and what contradicts.", metavar="FILE")
+    revert: bool = option(False, "Remove what --apply added, and end.")
+    conflicts: Path | None = option(None, "Write a page with a map of agreements and contradictions.", metavar="FILE")
     follow_links: FollowLinks = False
     json: AsJson = False
     jobs: Jobs = ALL_CORES
@@ -50,19 +50,19 @@ class DiagnoseOptions:
 
 @command
 def diagnose_command(given: DiagnoseOptions) -> None:
-    """Say what is wrong with a survey, how that is known, and the lines for corrections.toml that correct it.
+    """Find the mistakes of a survey, with their evidence and the lines for corrections.toml.
 
-    No ground truth is needed: walks that pass the same landmarks tell which of them hang elsewhere than the table says
-    (docs/how-to/diagnosis.md). Named are landmarks in each other's place, mis-surveyed, moved since a date, or with one
-    id twice; landmark tables that are mirrored or in another unit than metres; sessions in another floor's or device's
-    folder; phones that deliver old scans again, and the odd one out: a surveyed place, what one walk or all of a day
-    saw of a landmark, or what a device takes for a metre, that all others contradict.
+    No ground truth is needed, because walks that pass the same landmarks show which of them contradict the table
+    (docs/how-to/diagnosis.md). The command finds interchanged, mis-surveyed, moved and duplicate landmarks, mirrored
+    tables and wrong units, sessions in the folder of another floor or device, and phones that deliver old Wi-Fi scans.
+    It also finds single outliers: a position, an observation, or the length scale of a device that contradicts all
+    others.
 
-    "Nothing is wrong" comes with what was looked at. Where no walk passes enough landmarks the answer is that nothing
+    If nothing is wrong, the output names what was checked. If no walk passes enough landmarks, it says that nothing
     could be judged.
 
-    Exit code: 0 nothing is wrong, 1 something is, a session cannot be read, or nothing could be judged, 2 wrong usage
-    or not a survey, 130 interrupted; with --apply and --revert 0 where that was done.
+    Exit code: 0 nothing is wrong, 1 a mistake was found, a session cannot be read, or nothing could be judged, 2 wrong
+    usage or not a survey, 130 interrupted. With --apply and --revert: 0 if that was done.
 
     \b
     Examples:
@@ -76,7 +76,7 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 
     if given.apply and given.revert:
-        raise UsageError("--apply and --revert: give one of them")
+        raise UsageError("--apply and --revert: use only one of the two")
     if given.revert:
         _revert(given)
     check_targets(given.survey, *([] if given.conflicts is None else [given.conflicts]))
@@ -91,7 +91,7 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     lines = "\n\n".join(fault.lines for fault in found.faults if fault.corrections)
     if given.apply and lines:
         add_entries(given.survey, lines)
-        added = "corrections added; --revert takes them out"
+        added = "corrections added; remove them with --revert"
         say(f"{given.survey / CORRECTIONS_FILE}: {added}", err=given.json)
     failed = not (_is_sound(found) or (given.apply and lines))
     show = lambda: next_step(_after(found, given.apply), survey=given.survey)
@@ -105,7 +105,7 @@ def _revert(given: DiagnoseOptions) -> None:
     removed, file = remove_added(given.survey), given.survey / CORRECTIONS_FILE
 
     def show() -> None:
-        say(f"{file}: {'as before' if removed else 'nothing was added to it'}")
+        say(f"{file}: {'corrections removed' if removed else 'contains no corrections of --apply'}")
         next_step("diagnose", survey=given.survey)
 
     answer({"corrections": file, "removed": removed}, given.json, show)
@@ -116,7 +116,7 @@ def _is_sound(found: api.Diagnosis) -> bool:
 
 
 def _after(found: api.Diagnosis, applied: bool) -> str:
-    """Name what to go on with."""
+    """Name of the next step."""
     if found.correctable:
         return "diagnose" if applied else "diagnose, faults"
     if found.faults:
@@ -145,11 +145,11 @@ def _text(found: api.Diagnosis) -> str:
 
 
 def _paragraph(number: int, fault: Fault) -> str:
-    lines = [f"{number}. {fault.summary[:1].upper()}{fault.summary[1:]}.", f"   known by: {fault.evidence}"]
+    lines = [f"{number}. {fault.summary[:1].upper()}{fault.summary[1:]}.", f"   evidence: {fault.evidence}"]
     if fault.gain is not None:
-        lines.append(f"   it brings: {_gain(fault.gain)}")
+        lines.append(f"   effect of the correction: {_gain(fault.gain)}")
     if fault.corrections:
-        lines.append("   for corrections.toml:")
+        lines.append("   lines for corrections.toml:")
         lines += [f"     {line}" for line in fault.lines.splitlines()]
     return "\n".join(line.rstrip() for line in lines)
 
@@ -157,7 +157,7 @@ def _paragraph(number: int, fault: Fault) -> str:
 def _gain(gain: Gain) -> str:
     said = f"{100 * gain.labelled_before:.0f} % -> {100 * gain.labelled_after:.0f} % of frames labelled"
     if gain.expected_before_m is not None and gain.expected_after_m is not None:
-        said += f", error to expect {gain.expected_before_m:.2f} -> {gain.expected_after_m:.2f} m"
+        said += f", expected error {gain.expected_before_m:.2f} -> {gain.expected_after_m:.2f} m"
     return said
 
 
@@ -165,23 +165,25 @@ def _gain(gain: Gain) -> str:
 def survey_landmarks_command(
     *,
     survey: SurveyFolder,
-    out: Path = option(..., "Landmark file to write, or to write anew.", metavar="FILE"),
-    floor: tuple[int, ...] = option((), "Only walks that start on this floor; repeatable. FILE holds all floors."),
+    out: Path = option(..., "Landmark file to write or replace.", metavar="FILE"),
+    floor: tuple[int, ...] = option(
+        (), "Only walks that start on this floor; repeatable. FILE still contains all floors."
+    ),
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
     config: ConfigFile = None,
     use_planned: bool | None = setting("survey.use_planned"),
-    report: Path | None = option(None, "Write everything found out about landmarks and walks as JSON.", metavar="FILE"),
+    report: Path | None = option(None, "Write all results about landmarks and walks as JSON.", metavar="FILE"),
 ) -> None:
-    """Give landmarks without a position one, from all walks together.
+    """Estimate the positions of unsurveyed landmarks from all walks together.
 
-    Measure three or more landmarks well apart, leave x and y of the others empty in marker_dict.csv (or the others out
-    of it), walk past all of them: each gets a position, a heading and their standard deviations. FILE holds all
-    landmarks of all floors, the surveyed ones as they are; beside it stands what errors they share (FILE with the
-    ending .covariance.parquet). `process --landmarks FILE` reads both. The survey stays as it is.
+    Measure three or more landmarks well apart. Leave x and y of the others empty in marker_dict.csv, or omit their
+    rows. Walk past all of them. Each then gets a position, a heading and their standard deviations. FILE contains all
+    landmarks of all floors. Surveyed positions are not changed. The errors that landmarks share are written beside
+    FILE, with the ending .covariance.parquet. `process --landmarks FILE` reads both. The survey is not changed.
 
-    Exit code: 0 all right, 1 all sessions are excluded, at least one session cannot be read or is not tied to the
-    survey, 2 wrong usage, not a survey, or FILE cannot be written, 130 interrupted (nothing is written).
+    Exit code: 0 estimated, 1 all sessions are excluded, or a session cannot be read or connected to the surveyed
+    landmarks, 2 wrong usage or not a survey, 130 interrupted, nothing written.
 
     \b
     Examples:
@@ -214,7 +216,7 @@ def _print(result: LandmarkSurvey, survey: Path, out: Path) -> None:
         if session.note:
             say(f"floor {session.floor} / {session.device} / {session.session}: {session.note}")
     for odd in result.references.odd:
-        say(f"odd one out: {odd.summary}")
+        say(f"outlier: {odd.summary}")
     surveyed = sum(row.surveyed for row in result.landmarks)
     placed = sum(row.x_m is not None for row in result.landmarks) - surveyed
     used = sum(session.used for session in result.sessions)
@@ -233,10 +235,10 @@ def _table(result: LandmarkSurvey) -> Table:
 
     table = Table(title="Landmarks (metres)", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("landmark", overflow="fold")
-    for name in ("floor", "x", "y", "sigma", "sessions", "passes"):
+    for name in ("floor", "x", "y", "sigma", "sessions", "observations"):
         table.add_column(name, justify="right")
     table.add_column("position")
-    table.add_column("off by", justify="right")
+    table.add_column("error", justify="right")
     table.add_column("note", overflow="fold")
     for row in result.landmarks:
         table.add_row(*_cells(row))

@@ -24,34 +24,34 @@ from vislam2tag.cli.progress import interrupted_with, session_bar
 from vislam2tag.cli.records import argument, command, group, option
 from vislam2tag.cli.tables import print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say
+from vislam2tag.common.documentation import with_pages
 from vislam2tag.common.files.store import shown
 
 _SOME = 5
-"""Files that are named in a line."""
-Store = Annotated[Path, typer.Argument(metavar="STORE", help="Folder of the fleet, or its address.")]
+"""Number of files named in a line."""
+Store = Annotated[Path, typer.Argument(metavar="STORE", help="Folder of the fleet, or its address in object storage.")]
 
 
 @command
 def add_command(
     *,
     store: Store,
-    surveys: tuple[Path, ...] = argument("Folders or addresses.", (), metavar="[SURVEY]..."),
-    name: str | None = option(None, "The survey's name in the fleet, for a single SURVEY."),
-    replace: bool = option(False, "Replace files that differ; the former ones are kept in STORE/replaced/NAME."),
+    surveys: tuple[Path, ...] = argument("Survey folders or addresses.", (), metavar="[SURVEY]..."),
+    name: str | None = option(None, "Name in the fleet, for a single SURVEY."),
+    replace: bool = option(False, "Replace files that differ. Old versions are kept in STORE/replaced/NAME."),
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    """Enter surveys into a fleet's catalogue, which begins with the first.
+    """Add surveys to a fleet's catalogue. The first one creates it.
 
-    A SURVEY that is elsewhere, a folder or an address, is first copied to STORE/surveys/NAME, by its folder's name or
-    by --name. If STORE contains a survey of that name, new files are added to it and all others stay. Files that differ
-    are refused without --replace, and so is a survey that has no session in common with the one in STORE. Raw files are
-    never removed: former versions of replaced ones are kept in STORE/replaced/NAME.
+    A SURVEY outside STORE, a folder or an address, is copied to STORE/surveys/NAME. NAME is its folder's name, or
+    --name. If the fleet already contains a survey of this name, new files are added. Files that differ are refused
+    without --replace, and so are surveys without a common session. Raw files are never deleted: --replace keeps old
+    versions in STORE/replaced/NAME.
 
-    Without any SURVEY, all surveys in STORE/surveys are looked at again: what is new, and what has changed.
+    Without SURVEY, the command scans all surveys in STORE/surveys for new and changed files.
 
-    Exit code: 0 all right, 2 wrong usage, not a survey, another survey of that name, or STORE cannot be read or
-    written.
+    Exit code: 0 added, 2 wrong usage, not a survey, or another survey of that name.
 
     \b
     Examples:
@@ -92,9 +92,9 @@ def _print_changes(store: Path, changes: api.AddedSurvey) -> None:
     say(f"{changes.survey}: files: {', '.join(counts)}")
     if changes.replaced:
         kept = shown(store / "replaced" / changes.survey)
-        say(f"  replaced, the former versions are kept in {kept}: {_some(changes.replaced)}")
+        say(f"  replaced, old versions are kept in {kept}: {_some(changes.replaced)}")
     if changes.left_alone:
-        say(f"  left alone, only the fleet has them: {_some(changes.left_alone)}")
+        say(f"  only in the fleet, not changed: {_some(changes.left_alone)}")
 
 
 def _some(names: tuple[str, ...]) -> str:
@@ -110,7 +110,7 @@ def list_command(
 ) -> None:
     """List a fleet's surveys: site, floors, devices, dates, sessions and state.
 
-    Exit code: 0 all right, 2 no fleet is there.
+    Exit code: 0 listed, 2 no fleet in STORE.
 
     \b
     Example:
@@ -139,7 +139,7 @@ class FleetProcessOptions:
     """Arguments and options of ``vislam2tag fleet process``."""
 
     store: Store
-    survey: tuple[str, ...] = option((), "Only this survey, by its name; repeatable.")
+    survey: tuple[str, ...] = option((), "Name of a survey to process; repeatable.")
     dry_run: DryRun = False
     follow_links: FollowLinks = False
     jobs: Jobs = ALL_CORES
@@ -150,13 +150,14 @@ class FleetProcessOptions:
 
 @command
 def process_command(given: FleetProcessOptions) -> None:
-    """Map every session of a fleet's surveys; what is done and unchanged is not repeated.
+    """Map and label all sessions of a fleet that are new or changed.
 
-    Writes STORE/labels/SURVEY (as process), STORE/tables (by survey and floor), STORE/report and the catalogue.
-    Settings are those of --config, or of the vislam2tag.toml in each survey.
+    Writes STORE/labels/SURVEY (see process), STORE/tables (by survey and floor), STORE/report and the catalogue.
+    Settings come from --config, or from the vislam2tag.toml of each survey. After an interruption, run the same command
+    on any machine to continue.
 
-    Exit code: 0 all right, 1 a survey cannot be read, or process would end with 1 for it, 2 wrong usage, or STORE
-    cannot be read or written, 130 interrupted. Whatever ended a run early, the same command goes on, from any machine.
+    Exit code: 0 all processed, 1 a survey cannot be read, or process would end with 1 for it, 2 wrong usage, 130
+    interrupted.
 
     \b
     Examples:
@@ -188,7 +189,7 @@ def _print_dry_run(given: FleetProcessOptions, executor: api.Executor) -> None:
     def show() -> None:
         for one in planned:
             why = one.error or ", ".join(f"{count} {reason}" for reason, count in one.reasons.items())
-            say(f"{one.survey}: would process {one.to_process}, keep {one.kept}{f' ({why})' if why else ''}")
+            say(f"{one.survey}: {one.to_process} sessions to process, {one.kept} unchanged{f' ({why})' if why else ''}")
         next_step("fleet process, dry run" if some else "fleet process, failed", fleet=given.store)
 
     answer(planned, given.json, show, failed=not some)
@@ -198,8 +199,8 @@ def _process_with_progress(given: FleetProcessOptions, executor: api.Executor) -
     """Process; return the fleet's totals, and whether anything of this run failed."""
 
     def there() -> str:
-        kept = f"{bar.done} sessions are done and kept in {shown(given.store)}"
-        return f"{kept}; run the same command again to go on"
+        kept = f"{bar.done} sessions are finished and kept in {shown(given.store)}"
+        return f"{kept}; run the same command again to continue"
 
     with session_bar("sessions", lines=True) as bar, interrupted_with(there):
 
@@ -226,9 +227,11 @@ def status_command(
     store: Store,
     json: AsJson = False,
 ) -> None:
-    """Say how far a fleet is, by one small file: surveys and sessions by state.
+    """Show the progress of a fleet: surveys and sessions by state.
 
-    Exit code: 0 all right, 2 no fleet is there.
+    Reads one small file, so it is quick for any number of surveys.
+
+    Exit code: 0 shown, 2 no fleet in STORE.
 
     \b
     Example:
@@ -249,9 +252,11 @@ def report_command(
     store: Store,
     json: AsJson = False,
 ) -> None:
-    """Write the pages about a fleet as a whole, STORE/report/index.html; those of surveys and sessions come of process.
+    """Write the pages about a whole fleet: STORE/report/index.html.
 
-    Exit code: 0 all right, 2 no fleet is there, or STORE cannot be written.
+    `fleet process` writes the pages of surveys and sessions.
+
+    Exit code: 0 written, 2 no fleet in STORE.
 
     \b
     Example:
@@ -278,11 +283,11 @@ def _print_totals(totals: api.FleetTotals) -> None:
 
 
 fleet_command = group(
-    "Many surveys under one prefix, with a catalogue (docs/how-to/many-surveys.md).\n\n"
-    "STORE is a folder, or the address of one in object storage.",
-    ("add", "Enter surveys into its catalogue.", add_command),
-    ("list", "List its surveys.", list_command),
-    ("process", "Map every session.", process_command),
-    ("status", "How far it is.", status_command),
-    ("report", "Write the pages about it.", report_command),
+    with_pages("Process many surveys in one store with a catalogue (docs/how-to/many-surveys.md).")
+    + "\n\nSTORE is a folder or an address in object storage.",
+    ("add", "Add surveys to the catalogue.", add_command),
+    ("list", "List the surveys.", list_command),
+    ("process", "Map and label all sessions.", process_command),
+    ("status", "Show the progress.", status_command),
+    ("report", "Write the report pages.", report_command),
 )

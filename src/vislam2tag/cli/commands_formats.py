@@ -1,4 +1,4 @@
-"""Commands between our data sets and the formats of others: ``import`` and ``export``."""
+"""Commands that convert between our data sets and other formats: ``import`` and ``export``."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 _NAMES_SHOWN = 12
-_NOTHING_USABLE = "no reading of these files can be used: correct what the findings name and import again"
+_NOTHING_USABLE = "no reading of these files is usable; correct the problems above and import again"
 
 
 def degrees_of(text: str, option_name: str) -> tuple[float, float]:
@@ -40,10 +40,10 @@ def degrees_of(text: str, option_name: str) -> tuple[float, float]:
         latitude, longitude = (float(part) for part in text.split(","))
     except ValueError as error:
         raise UsageError(
-            f"{option_name} {text}: give latitude and longitude in degrees, such as 49.4609,11.0252"
+            f"{option_name} {text}: expected latitude and longitude in degrees, such as 49.4609,11.0252"
         ) from error
     if not (abs(latitude) <= 90 and abs(longitude) <= 180):
-        raise UsageError(f"{option_name} {text}: latitudes reach from -90 to 90, longitudes from -180 to 180 degrees")
+        raise UsageError(f"{option_name} {text}: latitude must be -90 to 90 and longitude -180 to 180 degrees")
     return latitude, longitude
 
 
@@ -53,22 +53,22 @@ class ImportArguments:
 
     path: Path = argument("File, folder or archive (.zip, .tar.xz, ...) of another format.")
     out: Path = option(..., "Folder for the data set: new, empty or an earlier data set.")
-    format_name: str | None = option(None, format_help("; else found by content"), "--format")
-    name: str | None = option(None, "Name of the data set; else the format's own.")
+    format_name: str | None = option(None, format_help("; detected from the content by default"), "--format")
+    name: str | None = option(None, "Name of the data set.  [default: that of the format]")
     origin: tuple[float, float] | None = option(
         None,
-        "Where metres count from (degrees), for logs with geographic positions; else their south-west corner.",
+        "Origin in degrees for logs with geographic positions.  [default: their south-west corner]",
         metavar="LAT,LON",
         parse=degrees_of,
     )
     not_heard: float | None = option(
         None,
-        "Level that stands for 'not heard' in tables with a column for each access point; else the format's.",
+        "RSSI value that means 'not received' in tables with a column for each access point.",
         metavar="LEVEL",
     )
     describe: Description = None
     max_unpacked_gb: float = option(
-        20.0, "Most that an archive may unpack to, gigabytes (10^9 bytes).", least=0.0, most=1e6, hidden=True
+        20.0, "Largest unpacked size of an archive, gigabytes (10^9 bytes).", least=0.0, most=1e6, hidden=True
     )
     hiding: PrivacyOptions
     replace: Replace = False
@@ -78,44 +78,43 @@ class ImportArguments:
 
 @command
 def import_command(given: ImportArguments) -> None:
-    """Import a data set that others published, or logs of other programs, into ours.
+    """Convert a public data set, or logs of other programs, to a data set.
 
     \b
-    Formats, recognised by names and first lines unless --format says which:
+    Formats, detected from names and first lines unless you pass --format:
       comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
                      APs.csv
       getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
                      folder or archive of them; Wi-Fi and BLE between POSI marks,
                      in metres east and north of --origin
       gia            giaIndoorLoc's labelled layout: folder or archive with
-                     floor_K/DEVICE/SESSION/wifi_annotated.csv; its Wi-Fi and,
-                     where sensors_annotated.csv is beside, magnetic field
+                     floor_K/DEVICE/SESSION/wifi_annotated.csv; Wi-Fi, and the
+                     magnetic field if sensors_annotated.csv exists
       ilc20          Indoor Location Competition 2.0: folder or archive with
                      SITE/FLOOR/path_data_files/*.txt, floor_info.json and
                      floor_image.png; Wi-Fi and BLE between waypoints
-      parquet        the plain Parquet tables that export wrote (folder, archive)
+      parquet        plain Parquet tables from export (folder or archive)
       tampere        Tampere University's quartet (Lohan et al. 2017): folder or
                      archive with Training_rss_DATE.csv,
                      Training_coordinates_DATE.csv, Training_device_DATE.csv,
-                     Training_date_DATE.csv and the same of Test_; their split
+                     Training_date_DATE.csv and the same of Test_; with split
       uji            UJIIndoorLoc: folder, archive or one of trainingData.csv,
-                     validationData.csv; with their split, and the names that
-                     export wrote beside them
+                     validationData.csv; with split, and the tables of names
+                     from export
       uji-library    UJI's long-term library set (Mendoza-Silva et al. 2018):
                      folder or archive with MM/trnNNrss.csv, ...crd.csv,
-                     ...tms.csv and the same of tst; their split
+                     ...tms.csv and the same of tst; with split
       uts            UTSIndoorLoc: folder or archive with UTS_training.csv and
-                     UTS_test.csv, or one of them; with their split
+                     UTS_test.csv, or one of them; with split
       wifine         WiFine (Khassanov et al. 2021): folder or archive with
                      train/train_*.csv, val/val_*.csv, test/test_*.csv; with
-                     their split
+                     split
 
-    All readings, positions, floors, devices and the split that comes with the data are taken; what is not is in
-    docs/reference/importing.md. The data set gets the standard splits, statistics and card as one that `dataset` makes.
+    Imports all readings, positions, floors, devices and the split of the data. docs/reference/importing.md lists what
+    is not imported. The data set also gets the standard splits, statistics and card of `dataset`.
 
-    Exit code: 0 all right (what was odd is printed and in the manifest), 1 a part of the files had to be left out, no
-    reading can be used, or no fingerprint has a position, 2 wrong usage, files that are not of the format, or DS cannot
-    be written, 130 interrupted.
+    Exit code: 0 imported (findings are printed and in the manifest), 1 a part of the files was skipped, no reading is
+    usable, or no fingerprint has a position, 2 wrong usage, or files of another format, 130 interrupted.
 
     \b
     Examples:
@@ -159,7 +158,7 @@ def _print_import(dataset: api.Dataset, out: Path) -> None:
 
 def _bytes(gigabytes: float) -> int:
     if not gigabytes < math.inf:
-        raise UsageError("--max-unpacked-gb: give a number of gigabytes, such as 20")
+        raise UsageError("--max-unpacked-gb: expected a number of gigabytes, such as 20")
     return round(gigabytes * 1e9)
 
 
@@ -187,7 +186,7 @@ def _summary(dataset: api.Dataset, out: Path) -> list[str]:
 
 
 def floor_words(floor: FloorInfo) -> str:
-    """Tell a floor by building, name and number, each once."""
+    """Name a floor by building, name and number, each once."""
     own = floor.name if str(floor.number) in floor.name.split() else f"{floor.name} ({floor.number})"
     return " ".join(filter(None, (floor.building, own if floor.name else str(floor.number))))
 
@@ -209,16 +208,14 @@ class ExportArguments:
     source: Path = argument("Data set, or output folder of process.")
     format_name: str = option(..., format_help(), "--format")
     out: Path = option(..., "Folder to write: new, empty or from an earlier export.")
-    split: str | None = option(
-        None, "Split whose parts become training and test files (uji, comford); else the official one."
-    )
-    fold: str | None = option(None, "Fold of the split, where it has several.")
-    survey: Path | None = option(None, "The survey that labels were made of: raw files go beside (gia), plans (mcap).")
+    split: str | None = option(None, "Split for the training and test files (uji, comford).  [default: official]")
+    fold: str | None = option(None, "Fold of the split, if it has several.")
+    survey: Path | None = option(None, "Survey of the labels, for its raw files (gia) or plans (mcap).")
     hiding: PrivacyOptions
     keep_formulas: bool = option(
         False,
-        "Leave names that begin with =, +, - or @ as they are in uji's tables of names; else an apostrophe "
-        "goes before them, which import takes off, so that no spreadsheet computes them.",
+        "Keep names that begin with =, +, - or @ unchanged in the name tables of uji. By default they get an "
+        "apostrophe, so that no spreadsheet runs them as formulas. import removes it.",
         hidden=True,
     )
     follow_links: FollowLinks = False
@@ -228,34 +225,33 @@ class ExportArguments:
 
 @command
 def export_command(given: ExportArguments) -> None:
-    """Export a data set, or what `process` wrote, in a format that others read.
+    """Write a data set, or the output of `process`, in another format.
 
     \b
     Formats:
       comford   COMFORD's intermediate/Samples.csv, RSSI.csv and APs.csv, which
                 the package comford loads
-      geojson   fingerprints.geojson: a point a fingerprint, in WGS84 where the
-                floors have a georeference, else in metres
+      geojson   fingerprints.geojson: a point for each fingerprint, in WGS84 if
+                the floors have a georeference, otherwise in metres
       gia       giaIndoorLoc's layout: floor_K/DEVICE/SESSION with
-                wifi_annotated.csv and sensors_annotated.csv; --survey puts the
-                raw files beside
-      hdf5      fingerprints.h5: matrix of levels, positions, floors, devices and
+                wifi_annotated.csv and sensors_annotated.csv; --survey adds the
+                raw files
+      hdf5      fingerprints.h5: matrix of RSSI, positions, floors, devices and
                 the parts of every split, for training
-      mcap      a file a session, SLUG.mcap, for Foxglove: poses, transforms,
-                fixes (where there is a georeference), outline of floors, labelled
-                Wi-Fi and BLE; --survey adds the plans' images
+      mcap      SLUG.mcap for each session, for Foxglove: poses, transforms,
+                fixes (if there is a georeference), outline of floors, labelled
+                Wi-Fi and BLE; --survey adds the images of the plans
       parquet   plain Parquet tables, splits as one table, columns.csv; for
                 pandas, Polars, DuckDB, R
-      tum       a file a session, SLUG.tum: t tx ty tz qx qy qz qw, seconds and
-                metres in the BCS, which evo reads; SLUG_covariance.txt beside
-      uji       UJIIndoorLoc's trainingData.csv and validationData.csv: one column
-                an access point, 100 = not heard
+      tum       SLUG.tum for each session, for evo: t tx ty tz qx qy qz qw,
+                seconds and metres in the BCS; and SLUG_covariance.txt
+      uji       UJIIndoorLoc's trainingData.csv and validationData.csv: a column
+                for each access point, 100 = not received
 
-    gia, mcap and tum are made of what `process` wrote; the others of a data set, or of what `process` wrote by building
-    the data set on the way. What a format has no place for is printed, listed in OUT/export.json, and in
-    docs/reference/exporting.md.
+    gia, mcap and tum need the output of `process`. The others also accept a data set. Data that a format cannot contain
+    are printed and listed in OUT/export.json. See also docs/reference/exporting.md.
 
-    Exit code: 0 written, 2 wrong usage, the source cannot be used, or the output cannot be written, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage or an unusable source, 130 interrupted.
 
     \b
     Examples:

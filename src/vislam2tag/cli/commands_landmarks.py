@@ -27,49 +27,46 @@ class PlanOptions:
     """Arguments and options of ``vislam2tag plan``."""
 
     site: Path = argument("Site or survey folder (with site.toml or floor_K below).")
-    out: Path = option(..., "Folder to write: new, empty or with plans.", metavar="P")
+    out: Path = option(..., "Output: a new or empty folder, or one from an earlier run.", metavar="P")
     floor: Floors = ()
     spacing_m: float | None = setting("plan.spacing_m")
     paper: tuple[str, ...] = option(
         (),
-        "Size of paper to choose from; repeatable. [default: A4, A3]",
+        "Allowed paper size; repeatable.  [default: A4, A3]",
         metavar="SIZE",
         parse=lambda text, _: sheet_size(text).name,
     )
-    forbid: Path | None = option(
-        None, "Rectangles without landmarks: CSV with floor,x0,y0,x1,y1, metres.", metavar="FILE"
-    )
-    mask: Path | None = option(None, "With one --floor: green can be walked, red cannot.", metavar="IMAGE")
-    anew: bool = option(
-        False, "Leave the landmarks that the site has out of account; --write then adds to them all the same."
-    )
+    forbid: Path | None = option(None, "Areas without landmarks: CSV with floor,x0,y0,x1,y1 in metres.", metavar="FILE")
+    mask: Path | None = option(None, "Image for one --floor: green is walkable, red is not.", metavar="IMAGE")
+    anew: bool = option(False, "Ignore the existing landmarks of the site. --write still adds to them.")
     rooms: bool | None = setting("plan.rooms", hidden=True)
     view_deg: tuple[float, float] | None = option(
-        None, "The camera's angles of view, degrees.  [default: 67 53]", metavar="LONG SHORT", hidden=True
+        None, "Angles of view of the camera, degrees.  [default: 67 53]", metavar="LONG SHORT", hidden=True
     )
     nearest_m: float | None = setting("plan.camera.nearest_m", hidden=True)
     speed_m_s: float | None = setting("plan.speed_m_s", hidden=True)
     further: int | None = setting("plan.further", hidden=True)
-    first_id: int = option(1, "New landmarks are numbered from this on.", least=0)
+    first_id: int = option(1, "Number of the first new landmark.", least=0)
     time_limit_s: float | None = setting("plan.time_limit_s", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None
-    write: bool = option(False, "Also add the new landmarks to the site's marker_dict.csv files.")
+    write: bool = option(False, "Add the new landmarks to the site's marker_dict.csv files.")
 
 
 @command
 def plan_command(given: PlanOptions) -> None:
-    """Plan where landmarks stand: as few as can be, so that every walk passes one after each critical turn and never
-    goes farther than a set distance without one.
+    """Plan where to hang landmarks: as few as possible.
 
-    Reads the site's plans. Landmarks that the site has already stay where they are; new ones hang on walls that a
-    passer-by faces, off doors and corners, on sheets large enough to be recognised in passing. Writes P/landmarks.csv,
-    each floor's plan with the tour to walk, a map of the label sigma to expect with what further landmarks would gain
-    (PNG and PDF), plan.json and index.html. docs/explanation/planning.md tells how.
+    Every walk passes a landmark after each critical turn, and never goes farther than a set distance without one.
+    Existing landmarks of the site stay where they are. New ones are planned on walls that a passer-by faces, away from
+    doors and corners, on sheets large enough to be recognised in passing.
 
-    Exit code: 0 all right, 1 some demand cannot be met (a line says which), 2 wrong usage, no site, a floor that cannot
-    be planned, or P cannot be written, 130 interrupted.
+    Writes P/landmarks.csv, the plan of each floor with a tour, a map of the expected label error, plan.json and
+    index.html. See docs/explanation/planning.md for the method.
+
+    Exit code: 0 planned, 1 a requirement cannot be met (a line names it), 2 wrong usage, no site, or a floor that
+    cannot be planned, 130 interrupted.
 
     \b
     Examples:
@@ -90,7 +87,7 @@ def plan_command(given: PlanOptions) -> None:
         settings.walkable,
         given.follow_links,
     )
-    with interrupted_with(f"{given.out} holds no new plans"), session_bar("steps") as bar:
+    with interrupted_with(f"no plan was written to {given.out}"), session_bar("steps") as bar:
         steps = len(STEPS) + 1
         advance = lambda _step, floors: bar.advance(floors * steps, error=None)
         result = api.plan(given.site, given.out, settings.plan, request, advance)
@@ -99,12 +96,12 @@ def plan_command(given: PlanOptions) -> None:
 
 
 def _settings(given: PlanOptions) -> dict[str, object]:
-    """Settings that the options give; raises UsageError for angles that no camera has."""
+    """Settings from the options; raises UsageError for impossible angles of view."""
     view_rad = None
     if given.view_deg is not None:
         if not all(10 <= angle <= 170 for angle in given.view_deg):
             angles = f"{given.view_deg[0]:g} {given.view_deg[1]:g}"
-            raise UsageError(f"--view-deg {angles}: angles of view lie between 10 and 170 degrees")
+            raise UsageError(f"--view-deg {angles}: expected angles of view between 10 and 170 degrees")
         view_rad = tuple(round(math.radians(angle), 4) for angle in given.view_deg)
     own = {"plan.sheets": given.paper or None, "plan.camera.field_of_view_rad": view_rad}
     return settings_given(given) | own
@@ -121,8 +118,8 @@ def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> Non
         say(f"{finding.severity}: {finding.file}: {finding.message}")
     if given.write:
         say(
-            "the new landmarks are in the site's marker_dict.csv files as planned; commands that map walks use them "
-            "once they are measured (vislam2tag register), or with --use-planned"
+            "the new landmarks were added to the site's marker_dict.csv files as planned; mapping uses them after you "
+            "measure them (vislam2tag register), or with --use-planned"
         )
     page = given.out / PAGE_FILE
     say(f"page: {page}")
@@ -143,11 +140,11 @@ def _print_floors(result: api.PlanSummary) -> None:
 def _notes(floor: FloorPlanRecord) -> list[str]:
     notes = [finding.message for finding in floor.findings] + [unmet.message for unmet in floor.unmet]
     if floor.not_passed:
-        notes.append(f"no way leads past landmark {', '.join(floor.not_passed)}")
+        notes.append(f"no route passes landmark {', '.join(floor.not_passed)}")
     if floor.on_a_line:
-        notes.append(f"next to one line with their neighbours: landmark {', '.join(floor.on_a_line)}")
+        notes.append(f"almost on one line with their neighbours: landmark {', '.join(floor.on_a_line)}")
     if floor.cut_short:
-        notes.append("the time limit ended the search; --time-limit-s takes longer")
+        notes.append("the time limit ended the search; increase --time-limit-s")
     return notes
 
 
@@ -155,35 +152,32 @@ def _notes(floor: FloorPlanRecord) -> list[str]:
 class SheetsOptions:
     """Arguments and options of ``vislam2tag sheets``."""
 
-    out: Path = option(..., "Folder to write: new, empty or with sheets.")
-    site: Path | None = argument("Site's folder or file of landmarks.", None, metavar="[SITE]")
-    ids: str | None = option(None, "Only these landmarks, or all of them without SITE: 1-40,lobby.", metavar="LIST")
+    out: Path = option(..., "Output: a new or empty folder, or one from an earlier run.")
+    site: Path | None = argument("Site folder or landmark file.", None, metavar="[SITE]")
+    ids: str | None = option(None, "Landmarks to print, such as 1-40,lobby; needed without SITE.", metavar="LIST")
     paper: str | None = setting("sheets.paper")
     width_m: float | None = setting("sheets.width_m")
     seed: int | None = setting("sheets.seed")
-    images: Path | None = option(
-        None, "Your own images, ID.png or ID.jpg, in place of generated ones.", metavar="FOLDER"
-    )
-    tag: bool = option(False, "Print an AprilTag (36h11) below the picture; ids are 0 to 586.")
+    images: Path | None = option(None, "Folder with your own images, ID.png or ID.jpg.", metavar="FOLDER")
+    tag: bool = option(False, "Also print an AprilTag (36h11); ids must be 0 to 586.")
     json: AsJson = False
     config: ConfigFile = None
 
 
 @command
 def sheets_command(given: SheetsOptions) -> None:
-    """Make landmarks to print: one sheet each, in true size, with an image that phones recognise.
+    """Make landmark sheets to print: one page each, in true size.
 
-    SITE is a site's folder (its landmarks), or a file such as landmarks.csv of `plan` (columns id, floor, x, y, z,
-    sheet, width_m; all but the id optional); without it, --ids names them. Images are generated from seed and id alone:
-    the same seed gives the same image, whatever else is printed. Each is measured, and none is made that could be taken
-    for another. With --images they are your own (ID.png or .jpg); those too plain or too like another are refused by
-    name.
+    Each sheet has an image that phones recognise. SITE is a site folder or a landmark file such as landmarks.csv of
+    `plan`. Its columns are id, floor, x, y, z, sheet and width_m, and all but id are optional. Without SITE, name the
+    landmarks with --ids. An image depends only on the seed and the id, so that you can print a sheet again later. Each
+    image is tested, and images that could be confused are replaced. With --images you use your own images. Images that
+    are too plain or too similar are refused.
 
-    Writes OUT/sheets.pdf (print at 100 %), OUT/images with manifest.csv (id,file,width_m), which the phone app loads,
-    and OUT/sheets.json (what was measured of each). docs/how-to/sheets.md tells more, docs/how-to/field-guide.md how to
-    hang them.
+    Writes OUT/sheets.pdf (print it at 100 %), OUT/images with manifest.csv for the phone app, and OUT/sheets.json. See
+    docs/how-to/sheets.md for printing and docs/how-to/field-guide.md for hanging.
 
-    Exit code: 0 written, 2 wrong usage, an image that cannot be used, or OUT cannot be written, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage or an unusable image, 130 interrupted.
 
     \b
     Examples:
@@ -193,7 +187,7 @@ def sheets_command(given: SheetsOptions) -> None:
       vislam2tag sheets --images photos --width-m 0.2 --out sheets
     """
     wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
-    with interrupted_with(f"{given.out} holds no new sheets"), session_bar("images and pages") as bar:
+    with interrupted_with(f"no sheet was written to {given.out}"), session_bar("images and pages") as bar:
         found = api.sheets(wanted, given.out, bar.count)
     answer(found, given.json, lambda: _print_sheets(found, given.out))
 
@@ -203,7 +197,7 @@ def _print_sheets(found: api.SheetsRecord, out: Path) -> None:
     from vislam2tag.preparation.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
     _print_sizes(found)
-    say(f"{ENOUGH_INLIERS} agreeing features count as recognised; of each image: {out / RECORD_FILE}")
+    say(f"an image counts as recognised with {ENOUGH_INLIERS} matching features; details: {out / RECORD_FILE}")
     for finding in found.findings:
         where = f"{finding.file}: " if finding.file else ""
         say(f"{finding.severity}: {where}{finding.message}")
@@ -222,5 +216,5 @@ def _print_sizes(found: api.SheetsRecord) -> None:
         inliers = min(image.quality.inliers for image in shown)
         alike = max(image.most_like_inliers for image in shown)
         rows.append((paper, f"{width:.3f} m", str(count), str(features), str(inliers), str(alike)))
-    numbers = ("image width", "sheets", "features, least", "agreeing in a hard view, least", "with another image, most")
+    numbers = ("image width", "sheets", "fewest features", "fewest matches in a hard view", "most matches with another")
     print_table("Sheets", ("paper",), numbers, rows)

@@ -1,4 +1,4 @@
-"""Commands that make and use a positioning model: ``train`` and ``locate``."""
+"""Commands that train and use a positioning model: ``train`` and ``locate``."""
 
 from __future__ import annotations
 
@@ -31,36 +31,34 @@ class TrainOptions:
     """Arguments and options of ``vislam2tag train``."""
 
     dataset: Path = argument("Data set (see vislam2tag dataset).", metavar="DS")
-    out: Path = option(..., "The model's file, such as building.v2t.", metavar="FILE")
-    model: str | None = option(None, "Model to train; without it the best in cross-validation over walks.")
-    budget_s: float = option(300.0, "How long trying models may take, where none is named, seconds.", least=0.0)
-    set_: tuple[str, ...] = option((), "A model's parameter; repeatable.", "--set", metavar="PARAMETER=VALUE")
+    out: Path = option(..., "Model file to write, such as building.v2t.", metavar="FILE")
+    model: str | None = option(None, "Model to train.  [default: the best in cross-validation over walks]")
+    budget_s: float = option(300.0, "Time limit for comparing models without --model, seconds.", least=0.0)
+    set_: tuple[str, ...] = option((), "Parameter of the model; repeatable.", "--set", metavar="PARAMETER=VALUE")
     split: str | None = option(None, "Train on the training part of this split only.")
-    fold: str | None = option(None, "Which fold of the split, where it has several.")
-    seed: int | None = option(None, "Another seed, another draw.", least=0)
+    fold: str | None = option(None, "Fold of the split, if it has several.")
+    seed: int | None = option(None, "Seed of random numbers.", least=0)
     technology: Technology = "wifi"
-    onnx: Path | None = option(None, "Write the model as ONNX, too (networks and cell-density).", metavar="FILE")
-    update: Path | None = option(None, "Update this model by DS, a later survey of the building.", metavar="MODEL")
+    onnx: Path | None = option(None, "Also write the model as ONNX (networks and cell-density).", metavar="FILE")
+    update: Path | None = option(None, "Model to update with DS, a later survey of the building.", metavar="MODEL")
     json: AsJson = False
 
 
 @command
 def train_command(given: TrainOptions) -> None:
-    """Train a positioning model on a data set, and save it as one file for `vislam2tag locate`.
+    """Train a positioning model on a data set and save it as one file for `vislam2tag locate`.
 
-    Learns from all labelled fingerprints, or with --split from the training part of a fold, and then says how well it
-    does on the test part (`vislam2tag benchmark` compares models). Without --model several are tried by leaving walks
-    out; a table says which is taken, and why. The file contains numbers and text only, a checksum, and what the model
-    needs to know: access points, floors, how sure it is. docs/explanation/positioning.md explains each model.
+    Uses all labelled fingerprints. With --split it uses the training part of a fold and reports the error on the test
+    part. Without --model it compares several models by leaving walks out, and prints why it chose one. The file
+    contains only numbers and text: parameters, access points, floors, error radii and a checksum.
+    docs/explanation/positioning.md explains the models.
 
-    With --update a model that keeps its fingerprints (neighbours, local-kriging) learns DS, a later survey of a part or
-    all of the building, besides: what it holds of access points that are gone or were moved, as `vislam2tag join` tells
-    them, is left out.
+    With --update, a model that keeps its fingerprints (neighbours, local-kriging) also learns DS, a later survey of the
+    building. Data of access points that are gone or moved since then are removed.
 
     Models: {models}.
 
-    Exit code: 0 trained, 2 wrong usage, no data set, nothing to learn from, or the model cannot be written, 130
-    interrupted.
+    Exit code: 0 trained, 2 wrong usage, no data set, or no labelled fingerprints, 130 interrupted.
 
     \b
     Examples:
@@ -93,7 +91,7 @@ def train_command(given: TrainOptions) -> None:
 
 
 def _record(trained: api.TrainedModel, out: Path) -> dict[str, Any]:
-    """What was trained, as JSON has it."""
+    """The result of training for JSON."""
     return {
         "model": out,
         "name": trained.saved.name,
@@ -119,14 +117,14 @@ def _print_train(trained: api.TrainedModel, out: Path, seconds: float) -> None:
     )
     if trained.update is not None:
         changes = ", ".join(f"{what}: {count}" for what, count in _changes(trained.update).items())
-        say(f"updated ({changes}; what was known of access points gone or moved is left out)")
+        say(f"updated ({changes}; data of access points that are gone or moved were removed)")
     for finding in trained.findings:
         say(f"{finding.kind} {finding.count}: {finding.message}")
     for remark in model.remarks():
         say(remark)
-    say("not tested: give --split" if trained.tested is None else _tested(trained.tested))
+    say("not tested; pass --split to test the model" if trained.tested is None else _tested(trained.tested))
     if origin.bssid_key is not None:
-        say(f"access points are hashed with key {origin.bssid_key}: scans to locate must be, too")
+        say(f"access points are hashed with key {origin.bssid_key}; hash scans to locate with it too")
     say(f"model: {out}")
     next_step("train", model=out)
 
@@ -144,15 +142,15 @@ def _print_trial(trial: api.ModelTrial) -> None:
             numbers = (f"{one.mean_m:.2f} m", f"{100 * one.floor_hit:.1f} %", f"{one.score_m:.2f} m")
         behind = "" if one.behind_m is None else f"{one.behind_m[0]:.2f} to {one.behind_m[1]:.2f} m"
         rows.append((one.name, one.why, *numbers, behind))
-    heads = ("mean error", "right floor", "score", "95 %: behind by")
-    title = "Cross-validation over walks (score: mean error + 15 m a wrong floor)"
-    print_table(title, ("model", "why"), heads, rows)
+    heads = ("mean error", "right floor", "score", "worse by (95 %)")
+    title = "Cross-validation over walks (score: mean error + 15 m for a wrong floor)"
+    print_table(title, ("model", "result"), heads, rows)
 
 
 def _tested(tested: HeldOutResult) -> str:
     result = tested.score
     if result.plane.mean_m is None or result.floor_hit is None:
-        return f"tested on {result.scans} fingerprints: none hears an access point that was learned"
+        return f"tested on {result.scans} fingerprints: none contains a known access point"
     said = (
         f"tested on {result.scans} fingerprints: mean error {result.plane.mean_m:.2f} m, median "
         f"{result.plane.median_m:.2f} m, right floor {100 * result.floor_hit:.1f} %, unknown "
@@ -161,8 +159,8 @@ def _tested(tested: HeldOutResult) -> str:
     if result.inside_68 is None or result.inside_95 is None:
         return said
     return (
-        f"{said}\ncalibration: circles of 68 % hold {100 * result.inside_68:.0f} % (median radius "
-        f"{tested.radius_68_m:.1f} m), those of 95 % {100 * result.inside_95:.0f} % ({tested.radius_95_m:.1f} m)"
+        f"{said}\ncalibration: 68 % circles contain {100 * result.inside_68:.0f} % (median radius "
+        f"{tested.radius_68_m:.1f} m), 95 % circles {100 * result.inside_95:.0f} % ({tested.radius_95_m:.1f} m)"
     )
 
 
@@ -173,43 +171,43 @@ LOOPBACK = "127.0.0.1"
 class LocateOptions:
     """Arguments and options of ``vislam2tag locate``."""
 
-    model: Path = argument("Model's file (see vislam2tag train).")
-    scans: Path | None = argument("Scans: CSV, JSON lines, or a data set's folder.", None, metavar="[SCANS]")
-    out: Path | None = option(None, "Where to write; standard output without it.", metavar="FILE")
+    model: Path = argument("Model file (see vislam2tag train).")
+    scans: Path | None = argument("Scans: CSV, JSON lines, or a data set.", None, metavar="[SCANS]")
+    out: Path | None = option(None, "Output file.  [default: standard output]", metavar="FILE")
     hash_bssid: Path | None = option(
-        None, "Hash the scans' BSSIDs with this key, as the model's data set was.", metavar="KEYFILE"
+        None, "Key to hash the BSSIDs of the scans, if the data set of the model was hashed.", metavar="KEYFILE"
     )
-    sequence: SequenceMethod | None = option(None, "Let the scans of a walk help each other; with --track: smoother.")
-    track: Path | None = option(None, "How the phone moved: CSV, or a folder that process wrote.", metavar="TRACK")
-    serve: bool = option(False, "Answer over HTTP, on this computer alone, until Ctrl-C; without SCANS.")
-    port: int = option(8780, "With --serve: port to listen on; 0: any.", least=0, most=65535)
-    plans: Path | None = option(None, "With --serve: data set whose plans the page shows.", metavar="DS")
+    sequence: SequenceMethod | None = option(
+        None, "Use the scans of a walk together.  [default with --track: smoother]"
+    )
+    track: Path | None = option(None, "Motion of the phone: CSV, or the output of process.", metavar="TRACK")
+    serve: bool = option(False, "Answer over HTTP on this computer until Ctrl-C, without SCANS.")
+    port: int = option(8780, "With --serve: port to listen on; 0 for any free port.", least=0, most=65535)
+    plans: Path | None = option(None, "With --serve: data set with the plans for the page.", metavar="DS")
     json: AsJson = False
 
 
 @command
 def locate_command(given: LocateOptions) -> None:
-    """Say where scans were taken, by a model that `vislam2tag train` saved.
+    """Estimate where scans were taken, with a model from `vislam2tag train`.
 
-    SCANS is CSV (scan_id, bssid, rssi_dbm; one reading a line, the readings of a scan together), JSON lines with the
-    same names (.jsonl, .ndjson, .json), or a data set. The answer has a line for each scan: scan_id, status, building,
-    floor, x, y, z, the radii that hold 68 % and 95 % of errors, and how probable the floor is; as JSON lines where FILE
-    (or, without --out, SCANS) is named so, else CSV. A scan that hears none of the model's access points is `unknown`,
-    never guessed; one that is `unlike` all that was learned has a place, but its radii cannot be relied on (neighbours,
-    local-kriging and cell-density tell).
+    SCANS is a CSV file (scan_id, bssid, rssi_dbm; one reading per line, the readings of a scan together), JSON lines
+    with the same names (.jsonl, .ndjson, .json), or a data set. Each scan gets a line with scan_id, status, building,
+    floor, x, y, z, the radii that contain 68 % and 95 % of the errors, and the probability of the floor. The suffix of
+    FILE (or of SCANS, without --out) decides between CSV and JSON lines. A scan without any known access point is
+    `unknown`. A scan that is `unlike` all training data has a position, but its radii are not reliable. Unusable lines
+    are counted and skipped.
 
-    Scans of one walk can help each other: `smoother` looks at the whole walk, `filter` back only, as a phone that walks
-    must. Both need the columns session and time_ns (data sets have them). With --track the phone's own motion joins
-    them: CSV (session, time_ns, x, y; metres, level, any origin and heading) or what `vislam2tag process` wrote. Scans
-    that hear nothing known then get their place from their neighbours.
+    Scans of a walk can be used together. `smoother` uses the whole walk, `filter` only the past, as during a walk. Both
+    need the columns session and time_ns. With --track the motion of the phone is used too: a CSV (session, time_ns, x,
+    y in metres, any origin and heading) or the output of `process`. Scans without a known access point then get a
+    position.
 
-    With --serve it answers over HTTP on this computer alone, with a page that shows where you are on the plans of
-    --plans; docs/how-to/locate.md tells the form.
+    With --serve it answers over HTTP on this computer, with a page that shows your position on the plans of --plans.
+    See docs/how-to/locate.md for all formats.
 
-    Lines that cannot be used are counted and left out. docs/how-to/locate.md describes both formats.
-
-    Exit code: 0 at least one scan has a position, 1 none has, 2 wrong usage, no model, scans that cannot be read, or
-    FILE cannot be written, 130 interrupted.
+    Exit code: 0 at least one scan has a position, 1 none has, 2 wrong usage, no model, or unreadable scans, 130
+    interrupted.
 
     \b
     Examples:
@@ -228,16 +226,16 @@ def locate_command(given: LocateOptions) -> None:
         _serve(given)
         return
     if given.scans is None or given.plans is not None:
-        raise UsageError("give SCANS, or --serve (with --plans)")
+        raise UsageError("pass SCANS, or --serve (with --plans)")
     from vislam2tag.positioning.scan_file import JSON_SUFFIXES
 
     key, out = key_of(given.hash_bssid), given.out
     if out is not None and out.resolve() in (given.model.resolve(), given.scans.resolve()):
-        raise UsageError(f"--out {out}: would overwrite what it is made of; choose another name")
+        raise UsageError(f"--out {out}: would overwrite an input; choose another name")
     if given.json and out is None:
-        raise UsageError("--json: sums up; give --out, too: without it standard output holds the positions")
+        raise UsageError("--json prints a summary, so also pass --out for the positions")
     as_json = (given.scans if out is None else out).suffix.lower() in JSON_SUFFIXES
-    on_interrupt = outputs_of_interrupted(out) if out else interrupted_with("not all scans are located")
+    on_interrupt = outputs_of_interrupted(out) if out else interrupted_with("some scans were not located")
     with on_interrupt, _written(out) as write, visible_console(stderr=True).status("locating"):
         found = api.locate(given.model, given.scans, write, as_json=as_json, key=key, walks=_walks(given))
     result = asdict(found) | {"located": found.located, "judgement": found.judgement}
@@ -245,7 +243,7 @@ def locate_command(given: LocateOptions) -> None:
 
 
 def _walks(given: LocateOptions) -> api.WalkPlan | None:
-    """How the scans of a walk help each other, if they do."""
+    """How scans of a walk are used together, or None."""
     if given.sequence is None and given.track is None:
         return None
     track = None if given.track is None else api.Tracks(given.track)
@@ -253,7 +251,7 @@ def _walks(given: LocateOptions) -> api.WalkPlan | None:
 
 
 def _after(found: api.LocatedScans) -> str:
-    """Name what to go on with."""
+    """Name of the next step."""
     if found.located:
         return "locate"
     return "locate, other access points" if found.usable else "locate, nothing usable"
@@ -262,7 +260,7 @@ def _after(found: api.LocatedScans) -> str:
 def _serve(given: LocateOptions) -> None:
     """Answer until Ctrl-C."""
     if any(one is not None for one in (given.scans, given.out, given.hash_bssid, given.sequence, given.track)):
-        raise UsageError("--serve: goes with --port, --plans and --json alone; scans come over HTTP")
+        raise UsageError("--serve: only combine it with --port, --plans and --json, because scans arrive over HTTP")
     # Only a server needs these; starting quickly matters to all other commands.
     from vislam2tag.common.addresses import listen
     from vislam2tag.common.serving import serve
@@ -274,13 +272,13 @@ def _serve(given: LocateOptions) -> None:
         if given.json:
             say_json({"url": url, "model": answers.model})
         else:
-            say(f"{url}\nPOST {url}locate takes scans, {url}api tells how. Ctrl-C ends it.")
+            say(f"{url}\nPOST scans to {url}locate; {url}api describes the format. Press Ctrl-C to stop.")
         serve(locate_app(answers), opened)
 
 
 @contextmanager
 def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
-    """Yield what takes text: standard output, or a file that is there when it is whole."""
+    """Yield a function that writes text to standard output, or to a file that appears when complete."""
     from vislam2tag.common.files.whole_output import file_to_write
 
     if out is None:
@@ -292,18 +290,21 @@ def _written(out: Path | None) -> Iterator[Callable[[str], object]]:
 
 
 def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
-    """Sum up: on standard error where standard output holds the positions."""
+    """Print a summary, on standard error if the positions are on standard output."""
     err = given.out is None
     unknown = f"{found.unknown} unknown"
     if found.located:
-        unknown += f" (they hear none of the model's {found.access_points} access points)"
+        unknown += f" (without any of the model's {found.access_points} access points)"
     say(f"{found.scans} scans: {found.located} located, {unknown}", err=err)
     if not found.located:
         say(f"nothing could be located: {found.judgement.why}", err=err)
     if found.unlike:
-        say(f"{found.unlike} of them are unlike all that was learned: their radii cannot be relied on", err=err)
+        say(f"{found.unlike} of them are unlike all training data, so their radii are not reliable", err=err)
     if found.in_walks:
-        say(f"scans of walks that helped each other: {found.in_walks}, {found.tracked} of them on a track", err=err)
+        say(
+            f"scans used together with others of their walk: {found.in_walks}, {found.tracked} of them with a track",
+            err=err,
+        )
     for finding in found.findings:
         lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
         say(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)

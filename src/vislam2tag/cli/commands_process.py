@@ -75,15 +75,14 @@ class ProcessOptions:
 
 @command
 def process_command(given: ProcessOptions) -> None:
-    """Map every session of a survey and label every reading.
+    """Map all sessions of a survey and label their readings.
 
-    Writes OUT/trajectory, OUT/wifi and OUT/sensors (one Parquet file a session), OUT/sessions (one JSON a session),
-    OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that an earlier run into the
-    same OUT finished, and that have not changed since, are not repeated.
+    Writes OUT/trajectory, OUT/wifi and OUT/sensors (a Parquet file for each session), OUT/sessions (a JSON file for
+    each session), OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that are
+    finished in OUT and unchanged are not processed again. After an interruption, run the same command to continue.
 
-    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
-    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
-    interrupted. Whatever ended a run early, the same command goes on.
+    Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, no frame has a
+    position, or landmark ids do not match, 2 wrong usage or not a survey, 130 interrupted.
 
     \b
     Examples:
@@ -112,12 +111,12 @@ def _print_process(summary: api.Summary, given: ProcessOptions) -> None:
     _print_summary(summary, given.out)
     for fault in summary.faults:
         say(f"wrong: {fault}")
-    say(f"the survey by its walks: {summary.judgement.sentence}")
+    say(f"diagnosis of the survey: {summary.judgement.sentence}")
     next_step(_after_process(summary), survey=given.survey, out=given.out)
 
 
 def _after_process(summary: api.Summary) -> str:
-    """Name what to go on with."""
+    """Name of the next step."""
     from vislam2tag.views.run_summary import joining_helps
 
     found = {
@@ -146,11 +145,11 @@ def _print_dry_run(given: ProcessOptions, settings: Settings, executor: api.Exec
             if one.reasons:
                 say(f"{one.session}: {', '.join(reason.value for reason in one.reasons)}")
         if not found:
-            say("would process nothing: the survey has no session that is not excluded")
+            say("nothing to process: all sessions of the survey are excluded")
             next_step("process, failed", survey=given.survey)
             return
         count = sum(bool(one.reasons) for one in found)
-        say(f"would process {count} of {len(found)} sessions; the others are done and unchanged")
+        say(f"{count} of {len(found)} sessions would be processed; the others are finished and unchanged")
         next_step("process, dry run", survey=given.survey, out=given.out)
 
     answer(found, given.json, show, failed=not found)
@@ -197,14 +196,14 @@ def _print_summary(summary: api.Summary, out: Path) -> None:
         say(accuracy)
     for found in summary.contradictions:
         say(
-            f"{found.called} contradicts the rest in {found.sessions} of {found.seen} sessions, by up to "
+            f"{found.called} contradicts the other landmarks in {found.sessions} of {found.seen} sessions, by up to "
             f"{found.greatest_m:.2f} m: measure it again"
         )
     say(f"report: {shown(out / 'report.html')}")
 
 
 def share_text(counts: dict[str, int]) -> str:
-    """The share of frames or rows that are labelled, and how many more have an uncertain position."""
+    """The share of labelled frames or rows, and the number of those with an uncertain position."""
     from vislam2tag.core.status import labelled_share
 
     share = labelled_share(counts)
@@ -235,15 +234,14 @@ def run_command(
     config: ConfigFile = None,
     use_planned: bool | None = setting("survey.use_planned"),
 ) -> None:
-    """From a survey to a data set: label it, check the labels, collect them, with one page that leads to all others.
+    """Label a survey, check the labels and build a data set, with one page that links everything.
 
-    Makes OUT/labels (as process), OUT/diagnosis.json and OUT/conflicts.html (as diagnose), OUT/check (as check),
-    OUT/dataset (as dataset) and OUT/index.html, which leads to them. Run it again after correcting or adding anything:
-    what is done and unchanged is kept. Each step has a command of its own with more options.
+    Writes OUT/labels (see process), OUT/diagnosis.json and OUT/conflicts.html (see diagnose), OUT/check (see check),
+    OUT/dataset (see dataset) and OUT/index.html. Run it again after a correction or a new walk. Finished parts that did
+    not change are kept. Each step is also a command with more options.
 
-    Exit code: 0 all right (findings and faults are in the report), 1 at least one session cannot be read or mapped, no
-    frame has a position, or landmark ids do not match, 2 wrong usage, not a survey, or OUT cannot be written, 130
-    interrupted.
+    Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, no frame has a
+    position, or landmark ids do not match, 2 wrong usage or not a survey, 130 interrupted.
 
     \b
     Examples:
@@ -269,10 +267,10 @@ def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
     labelled = share_text(made.labels.frames)
     say(f"{made.labels.sessions} sessions ({made.labels.failed} failed); frames labelled: {labelled}")
     for floor in made.check.floors:
-        say(f"floor {floor.number}: mean error to expect {floor.expected_m:.2f} m")
+        say(f"floor {floor.number}: expected mean error {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:
         where = f" ({bad.room})" if bad.room else ""
-        say(f"floor {bad.floor}: landmark {bad.landmark}{where} is off by {bad.size_m:.2f} m")
+        say(f"floor {bad.floor}: landmark {bad.landmark}{where} is {bad.size_m:.2f} m from its stated position")
     for fault in made.faults:
         say(f"wrong: {fault}")
     if made.kept:
@@ -282,7 +280,7 @@ def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
 
 
 def _after_run(made: api.SurveyRun) -> str:
-    """Name what to go on with."""
+    """Name of the next step."""
     if made.faults:
         return "run, faults" if made.correctable else "run, by hand"
     return "run" if made.labels.problem is None else "process, failed"
@@ -291,14 +289,14 @@ def _after_run(made: api.SurveyRun) -> str:
 @command
 def demo_command(
     *,
-    out: Path = argument("New folder, or that of an earlier demonstration.", Path("vislam2tag-demo")),
-    seed: int = option(1, "Another seed, another building and other walks."),
+    out: Path = argument("New folder, or the folder of an earlier demo.", Path("vislam2tag-demo")),
+    seed: int = option(1, "Seed of the generated building and walks."),
     jobs: Jobs = ALL_CORES,
     json: AsJson = False,
 ) -> None:
-    """Simulate a survey, label it with each strategy, score the labels against the truth.
+    """Simulate a survey, label it with each strategy, and compare the labels with the true positions.
 
-    Leaves OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
+    Writes OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
     OUT/scores.csv.
 
     \b
@@ -314,8 +312,8 @@ def _print_demo(scores: dict[str, api.ErrorSummary], out: Path) -> None:
     from vislam2tag.pipeline.demo import SURVEY
 
     visible_console().print(_table(scores))
-    say(f"survey as a phone writes it: {out / SURVEY}")
-    say(f"report of every walk, to open in a browser: {out / Settings().strategy / 'report.html'}")
+    say(f"simulated survey: {out / SURVEY}")
+    say(f"report, open it in a browser: {out / Settings().strategy / 'report.html'}")
     next_step("demo", survey=out / SURVEY)
 
 

@@ -1,4 +1,4 @@
-"""Commands that measure how good labels are: ``check`` and ``evaluate``."""
+"""Commands that measure the accuracy of labels: ``check`` and ``evaluate``."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 _MOST_ROOMS = 8
-"""Rooms named on the terminal; the page and check.json have all."""
+"""Number of rooms printed; the page and check.json list all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +44,7 @@ class CheckOptions:
     """Arguments and options of ``vislam2tag check``."""
 
     survey: SurveyFolder
-    out: Path | None = option(None, "Write check.json and check.html, with maps, there.", metavar="FOLDER")
+    out: Path | None = option(None, "Folder for check.json and check.html with maps.", metavar="FOLDER")
     landmarks: LandmarkFile = None
     sessions: SessionOptions
     follow_links: FollowLinks = False
@@ -57,17 +57,16 @@ class CheckOptions:
 
 @command
 def check_command(given: CheckOptions) -> None:
-    """Check a survey against itself: how good are its labels, which landmarks are bad, where would one more help?
+    """Estimate the accuracy of labels without ground truth, and find bad landmarks.
 
-    No ground truth is needed. Each surveyed landmark in turn is left out of a session and predicted from the others, by
-    the smoother. How far the predictions are off, compared with what is stated of them, gives the mean error of the
-    session's labels (docs/results/how-good.md says how well). Landmarks whose predictions are off alike in all
-    sessions are named, and on each floor the three places where one more landmark would lower the errors most; and what
-    of the walkable space of the plans was walked, room by room, which rooms nobody entered, and the walk that would
-    fill it. Nothing is written but --out.
+    Each surveyed landmark in turn is left out of a session and predicted from the others. The prediction errors give
+    the mean error of the session's labels (docs/explanation/truth.md). The command names landmarks whose predictions
+    have the same error in all sessions, and the three places on each floor where another landmark would help most. It
+    also shows which part of the walkable space was walked, which rooms were not entered, and a walk to cover the rest.
+    Files are only written with --out.
 
-    Exit code: 0 nothing is wrong, 1 a landmark or known position is, a session cannot be read or mapped, or the labels
-    of none could be judged, 2 wrong usage, not a survey, or the folder cannot be written, 130 interrupted.
+    Exit code: 0 nothing is wrong, 1 a landmark or known position is wrong, a session cannot be read or mapped, or no
+    session could be judged, 2 wrong usage or not a survey, 130 interrupted.
 
     \b
     Examples:
@@ -97,7 +96,7 @@ def check_command(given: CheckOptions) -> None:
 
 
 def _after(found: api.SurveyCheck) -> str:
-    """Name what to go on with."""
+    """Name of the next step."""
     from vislam2tag.common.findings import Answer
 
     if found.failed or not found.checked:
@@ -110,7 +109,7 @@ def _print_check(found: api.SurveyCheck, given: CheckOptions, after: str) -> Non
 
     _print_sessions(found)
     if any(session.stated_m is not None and not session.well_founded for session in found.sessions):
-        say("(in brackets: fewer than three could be left out, hardly more than what is stated)")
+        say("(in brackets: based on fewer than three left-out landmarks, so hardly better than the stated sigma)")
     if found.bad_landmarks:
         _print_bad(found.bad_landmarks)
     say(f"landmarks and known positions: {found.judgement.sentence}")
@@ -133,7 +132,7 @@ def _print_check(found: api.SurveyCheck, given: CheckOptions, after: str) -> Non
 
 def _print_sessions(found: api.SurveyCheck) -> None:
     title = f"Mean error of the labels (sigma at most {found.max_sigma_m} m)"
-    errors = ("left out", "their errors, median", "labelled", "stated", "estimated", "90 % interval")
+    errors = ("left out", "their median error", "labelled", "stated", "estimated", "90 % interval")
     rows = [(str(each.floor), each.device, each.session, *_session_cells(each)) for each in found.sessions]
     print_table(title, ("floor", "device", "session"), ("landmarks or fixes", *errors), rows)
 
@@ -161,8 +160,8 @@ def _print_bad(found: list[BadLandmark]) -> None:
         name = f"{bad.landmark} ({bad.room})" if bad.room else bad.landmark
         sizes = (metres(bad.size_m), metres(bad.sigma_m), str(bad.sessions))
         rows.append((str(bad.floor), name, FAULTS[bad.fault], *sizes))
-    heads = ("off by", "sigma", "sessions")
-    print_table("Bad landmarks", ("floor", "landmark", "what it may be"), heads, rows)
+    heads = ("error", "sigma", "sessions")
+    print_table("Bad landmarks", ("floor", "landmark", "possible cause"), heads, rows)
 
 
 def _print_doubtful(sessions: list[api.SessionCheck]) -> None:
@@ -171,8 +170,8 @@ def _print_doubtful(sessions: list[api.SessionCheck]) -> None:
         for session in sessions
         for fix in session.doubtful_fixes
     )
-    title = "Fixes that the others of their walk contradict"
-    print_table(title, ("floor", "device", "session", "fix"), ("off by", "sigma"), rows)
+    title = "Known positions that contradict the others of their walk"
+    print_table(title, ("floor", "device", "session", "position"), ("error", "sigma"), rows)
 
 
 def _print_places(floors: list[FloorCheck]) -> None:
@@ -182,7 +181,7 @@ def _print_places(floors: list[FloorCheck]) -> None:
             where = (f"{place.x_m:.1f} m", f"{place.y_m:.1f} m")
             then = floor.expected_m - place.gain_m
             rows.append((str(floor.number), place.near, *where, f"{floor.expected_m:.3f} m", f"{then:.3f} m"))
-    print_table("One more landmark", ("floor", "where"), ("x", "y", "mean error now", "then"), rows)
+    print_table("Best places for another landmark", ("floor", "near"), ("x", "y", "mean error now", "with it"), rows)
 
 
 def _print_walked(floors: list[WalkedFloor]) -> None:
@@ -195,24 +194,24 @@ def _print_walked(floors: list[WalkedFloor]) -> None:
         fill = "-" if floor.walk is None else f"{floor.walk.length_m:.0f} m, {floor.walk.minutes:.0f} min"
         shares = (f"{100 * (share or 0.0):.0f} %" for share in (floor.walked, floor.scanned))
         rows.append((str(floor.number), f"{floor.walkable_m2:.0f} m²", *shares, rooms, fill))
-    title = "What of the walkable space of the plan was walked (within 2 m, on foot)"
-    heads = ("walkable", "walked", "scanned", "rooms entered", "walk that fills the rest")
+    title = "Share of the walkable space that was walked (within 2 m)"
+    heads = ("walkable", "walked", "scanned", "rooms entered", "walk to cover the rest")
     print_table(title, ("floor",), heads, rows)
 
 
 def _print_areas(floors: list[WalkedFloor]) -> None:
-    """Of each floor the rooms and corridors of which most was not walked; the page and check.json have all."""
+    """Print the rooms and corridors of each floor with the largest unwalked area; the page lists all."""
     rows = []
     for floor in floors:
         for area in sorted(floor.areas, key=lambda area: -area.area_m2 * (1 - area.walked))[:_MOST_ROOMS]:
             shares = (f"{100 * share:.0f} %" for share in (area.walked, area.scanned))
             rows.append((str(floor.number), area.name, f"{area.area_m2:.0f} m²", *shares))
-    title = "Rooms and corridors with most left to walk"
+    title = "Rooms and corridors with the largest unwalked area"
     print_table(title, ("floor", "room or corridor"), ("area", "walked", "scanned"), rows)
 
 
 def _walked_lines(floor: WalkedFloor) -> list[str]:
-    """Which rooms nobody entered, or why that is not known."""
+    """The rooms that no walk entered, or why this is unknown."""
     if floor.note:
         return [f"floor {floor.number}: {floor.note}"]
     odd = [f"{one.file}: {one.message}" for one in floor.findings]
@@ -223,10 +222,10 @@ def _walked_lines(floor: WalkedFloor) -> list[str]:
 
 
 _PIPE_WIDTH = 160
-"""Columns of the tables where the output is no terminal."""
+"""Width of the tables if the output is not a terminal."""
 
 
-_NOTHING_COMPARED = "no session could be compared with any truth"
+_NOTHING_COMPARED = "no session could be compared with ground truth"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -235,16 +234,14 @@ class EvaluateOptions:
 
     survey: SurveyFolder
     out: Path = option(..., "Output folder: new, empty or from an earlier evaluation.")
-    strategy: tuple[str, ...] = option(
-        (), f"Only this strategy; repeatable. There are: {', '.join(STRATEGIES.names())}."
-    )
+    strategy: tuple[str, ...] = option((), f"Only this strategy; repeatable: {', '.join(STRATEGIES.names())}.")
     landmarks: LandmarkFile = None
     truth: Path | None = option(
         None,
-        "Take truth of the whole walk from FOLDER/SLUG.csv, .tum, .euroc or .kitti, not from the sessions.",
+        "Read true trajectories from FOLDER/SLUG.csv, .tum, .euroc or .kitti instead of the sessions.",
         metavar="FOLDER",
     )
-    clock_drift: bool = option(False, "Let a total station's clock run at another rate than the phone's.", hidden=True)
+    clock_drift: bool = option(False, "Estimate a drift between the clocks of total station and phone.", hidden=True)
     sessions: SessionOptions
     jobs: Jobs = ALL_CORES
     json: AsJson = False
@@ -256,15 +253,16 @@ class EvaluateOptions:
 
 @command
 def evaluate_command(given: EvaluateOptions) -> None:
-    """Evaluate: how good are the labels, against every kind of truth?
+    """Measure the accuracy of labels against ground truth.
 
-    Every session is mapped by each strategy and compared with what there is: presses at control points, a total
-    station's track, a truth of the whole walk (truth.csv, .tum, .euroc or .kitti in the session's folder, or --truth).
-    Writes OUT/errors.csv, errors.tex, sessions.csv, dense.csv, evaluation.json, report.html and OUT/trajectories (TUM
-    files, which evo reads). docs/how-to/evaluate.md tells what each figure is. Truth is never used to map.
+    Each strategy maps every session. Its labels are compared with all available truth: button presses at control
+    points, the track of a total station, and true trajectories (truth.csv, .tum, .euroc or .kitti in the session's
+    folder, or --truth). Truth is never used for mapping. Writes OUT/errors.csv, errors.tex, sessions.csv, dense.csv,
+    evaluation.json, report.html and OUT/trajectories (TUM files, which evo reads). docs/how-to/evaluate.md explains the
+    figures.
 
-    Exit code: 0 all right (odd control points are named and no failure), 1 at least one session cannot be read or
-    mapped, or none compared, 2 wrong usage, not a survey, no truth, or OUT cannot be written, 130 interrupted.
+    Exit code: 0 compared (outliers among control points are named), 1 a session cannot be read or mapped, or none could
+    be compared, 2 wrong usage, not a survey, or no truth, 130 interrupted.
 
     \b
     Examples:
@@ -313,10 +311,10 @@ def _print_evaluate(found: api.SurveyEvaluation, given: EvaluateOptions) -> None
     for (truth, method), rows in groupby(shown, key=lambda row: (row.truth, row.method)):
         _print_errors(truth_name(truth, method), list(rows))
     _print_strategies(found)
-    say("over points, by floor and device, and each session: in the files and the page")
+    say("the files and the page also have errors over points, by floor, by device and by session")
     say(f"sessions: {len(found.sessions)} ({found.failed} failed)")
     for odd in found.odd_points:
-        say(f"odd one out: {odd.summary}")
+        say(f"outlier: {odd.summary}")
     say(f"control points: {found.judgement.sentence}")
     say(f"page: {given.out / PAGE_FILE}")
     next_step("evaluate, failed" if found.failed or not found.rows else "evaluate", survey=given.survey)
@@ -340,7 +338,7 @@ def _print_errors(title: str, rows: list[ErrorRow]) -> None:
 
 
 def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
-    """Write a figure, its interval only where asked: a terminal is narrow, the files have them all."""
+    """Format a figure. Only some have their interval, because terminals are narrow."""
     from vislam2tag.quality.evaluation.metrics import figure_text
     from vislam2tag.quality.evaluation.record import FigureWithInterval
 
@@ -348,8 +346,8 @@ def _cell(figure: FigureWithInterval, *, with_interval: bool) -> str:
 
 
 def _print_strategies(found: api.SurveyEvaluation) -> None:
-    """What each strategy keeps, and, with dense truth, how its error grows with the distance walked."""
-    heads = ["kept of what local labels", *(["error grows since the last landmark"] if found.drift else [])]
+    """Print the share that each strategy keeps, and with dense truth the growth of its error."""
+    heads = ["labelled, relative to local", *(["error growth since the last landmark"] if found.drift else [])]
     rows = []
     for name in found.strategies:
         kept, slope = found.retention[name], found.drift.get(name)

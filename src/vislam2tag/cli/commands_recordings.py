@@ -1,4 +1,4 @@
-"""Commands for what else was recorded on a walk: ``label``, ``attach`` and ``sightings``."""
+"""Commands for other recordings of a walk: ``label``, ``attach`` and ``sightings``."""
 
 from __future__ import annotations
 
@@ -24,43 +24,39 @@ if TYPE_CHECKING:
 class LabelOptions:
     """Arguments and options of ``vislam2tag label``."""
 
-    table: Path = argument("CSV or Parquet with a column of times.")
+    table: Path = argument("CSV or Parquet table with a column of times.")
     labels: Path = option(..., "Output folder of process.", metavar="FOLDER")
-    out: Path | None = option(
-        None, "Where to write, .csv or .parquet; else TABLE-labelled beside TABLE.", metavar="FILE"
-    )
-    time_column: str | None = option(None, "The column of times.", metavar="NAME")
-    clock: str | None = option(
-        None, "What times count from: boot or unix.", metavar="CLOCK", parse=one_of("boot", "unix")
-    )
+    out: Path | None = option(None, "Output, .csv or .parquet.  [default: TABLE-labelled beside TABLE]", metavar="FILE")
+    time_column: str | None = option(None, "Name of the column of times.", metavar="NAME")
+    clock: str | None = option(None, "Zero of the times: boot or unix.", metavar="CLOCK", parse=one_of("boot", "unix"))
     unit: str | None = option(
-        None, "Of times as numbers: s, ms, us or ns.", metavar="UNIT", parse=one_of("s", "ms", "us", "ns")
+        None, "Unit of numeric times: s, ms, us or ns.", metavar="UNIT", parse=one_of("s", "ms", "us", "ns")
     )
-    zone: str | None = option(None, "Of dates that name none, such as Europe/Berlin.", metavar="ZONE")
-    offset_s: float | None = option(None, "How far the table's clock is ahead of boot.", metavar="SECONDS")
-    by: str | None = option(
-        None, "Find the clock by motion or by levels (Wi-Fi), whatever its times look like.", metavar="BY"
+    zone: str | None = option(None, "Time zone of dates without one, such as Europe/Berlin.", metavar="ZONE")
+    offset_s: float | None = option(
+        None, "Offset of the table's clock from the boot clock, positive if ahead.", metavar="SECONDS"
     )
-    session: str | None = option(None, "Only walks whose name in labels/sessions holds this.", metavar="NAME")
-    survey: Path | None = option(None, "The raw survey: the phone app noted both its clocks.", metavar="SURVEY")
+    by: str | None = option(None, "Estimate the clock offset from motion or from levels (Wi-Fi).", metavar="BY")
+    session: str | None = option(None, "Only walks whose name in labels/sessions contains this.", metavar="NAME")
+    survey: Path | None = option(None, "Raw survey, in which the phone app recorded both clocks.", metavar="SURVEY")
     json: AsJson = False
 
 
 @command
 def label_command(given: LabelOptions) -> None:
-    """Give any time-stamped table the positions of the walks it was taken on: BLE, UWB, CO2, 5G, whatever was logged.
+    """Add the positions of walks to any time-stamped table: BLE, UWB, CO2, 5G and others.
 
-    TABLE is CSV (; , or tab) or Parquet with a column of times: since the phone's boot (ns, us, ms, s), Unix times, or
-    ISO 8601 with a zone; which one is found by name and magnitude, and printed. Its rows stay as they are and get x_m,
-    y_m, z_m, floor, sigma and status; rows outside a walk are counted and have no position.
+    TABLE is a CSV (; , or tab) or Parquet file with a column of times. These are times since the phone's boot (ns, us,
+    ms, s), Unix times, or ISO 8601 with a zone. The command detects which by name and magnitude, and prints it. Rows
+    keep their columns and get x_m, y_m, z_m, floor, sigma and status. Rows outside a walk have no position and are
+    counted.
 
-    Unix times, dates and the clocks of other devices need to know how far they are ahead of the phone's boot clock:
-    --survey takes it from what the phone app recorded; a table with a gyroscope or accelerometer (gyro_x, ...) is
-    aligned by the motion that both felt, one with bssid and rssi by the access points that both heard, with the sigma
-    of that, which the positions' sigma then holds; else --offset-s. What is not clear is refused with its figures.
+    Clocks other than the phone's boot clock need an offset. With --survey it comes from the phone app's recording. A
+    table with a gyroscope or accelerometer (gyro_x, ...) is aligned by motion, and one with bssid and rssi by its
+    access points. The uncertainty of the offset is added to sigma. Otherwise pass --offset-s. An offset that is not
+    clear is refused.
 
-    Exit code: 0 all right, 1 no row has a position, 2 wrong usage, no labels, or a table or clock that is not
-    understood.
+    Exit code: 0 labelled, 1 no row has a position, 2 wrong usage, no labels, or times that cannot be interpreted.
 
     \b
     Examples:
@@ -94,7 +90,7 @@ def _print_label(made: api.TableLabels, labelled: int, written: Path, labels: Pa
     for sentence in made.notes:
         say(sentence)
     outside = made.counts.get(api.Status.OUTSIDE_FRAMES.label, 0)
-    say(f"{made.table.height} rows: {labelled} have a position, {outside} lie outside every walk")
+    say(f"{made.table.height} rows: {labelled} have a position, {outside} are outside every walk")
     for status, count in made.counts.items():
         say(f"  {status}: {count}")
     say(f"written: {written}")
@@ -113,34 +109,33 @@ class AttachOptions:
     """Arguments and options of ``vislam2tag attach``."""
 
     walk: Path = argument("Folder of the session that has the poses.")
-    other: Path = argument("Zip, folder or table that another device recorded on that walk.")
-    by: str | None = option(None, "Only this may tell the offset: motion, levels (Wi-Fi) or taps.", metavar="BY")
-    lever_arm_m: float = option(0.3, "How far apart both were carried, metres: part of the positions' sigma.")
-    name: str | None = option(None, "Name of the tie, else OTHER's.", metavar="NAME")
-    time_column: str | None = option(None, "The column of times of a table.", metavar="NAME")
+    other: Path = argument("Zip, folder or table that another device recorded on this walk.")
+    by: str | None = option(None, "Estimate the clock offset only from motion, levels (Wi-Fi) or taps.", metavar="BY")
+    lever_arm_m: float = option(0.3, "Distance between both devices, metres. Part of the sigma.")
+    name: str | None = option(None, "Name of the attached recording.  [default: name of OTHER]", metavar="NAME")
+    time_column: str | None = option(None, "Name of a table's column of times.", metavar="NAME")
     unit: str | None = option(
-        None, "Of a table's times: s, ms, us or ns.", metavar="UNIT", parse=one_of("s", "ms", "us", "ns")
+        None, "Unit of a table's numeric times: s, ms, us or ns.", metavar="UNIT", parse=one_of("s", "ms", "us", "ns")
     )
-    zone: str | None = option(None, "Of a table's dates that name none, such as Europe/Berlin.", metavar="ZONE")
-    replace: bool = option(False, "Tie anew where a tie of that name is there.")
+    zone: str | None = option(None, "Time zone of a table's dates without one, such as Europe/Berlin.", metavar="ZONE")
+    replace: bool = option(False, "Replace an attached recording of the same name.")
     json: AsJson = False
 
 
 @command
 def attach_command(given: AttachOptions) -> None:
-    """Tie a second recording of a walk to the one that has the poses, so that its readings are labelled with it.
+    """Add a second device's recording to a walk, so that its readings get positions.
 
-    An iPhone has poses and no Wi-Fi: let an Android phone log beside it. OTHER is the zip or folder of Sensor Logger
-    (iOS, Android), a log of GetSensorData, a session of our app without camera, or any CSV or Parquet table with a
-    column of times. By how much its clock is ahead, and how much faster it runs, is found by the turns or accelerations
-    that both felt, else by access points that both heard, or by taps on both; what is not clear is refused with its
-    figures.
+    An iPhone records poses but no Wi-Fi. Let an Android phone record beside it. OTHER is a zip or folder of Sensor
+    Logger (iOS, Android), a log of GetSensorData, a session of our app without camera, or a CSV or Parquet table with a
+    column of times. Offset and drift of its clock are estimated from turns or accelerations of both devices, from
+    common access points, or from taps on both. An offset that is not clear is refused.
 
-    Writes companions/NAME.json into the walk's folder; neither recording is touched. `process` then gives OTHER's
-    readings positions, with the clock's sigma and the distance between both devices in theirs. Removing the file undoes
-    it. docs/how-to/iphone.md goes through it.
+    Writes companions/NAME.json into the walk's folder and changes neither recording. `process` then labels OTHER's
+    readings. Their sigma includes the uncertainty of the clock and the distance between both devices. Delete the file
+    to undo it. See docs/how-to/iphone.md.
 
-    Exit code: 0 tied, 2 wrong usage, a recording that cannot be read, or an offset that is not clear.
+    Exit code: 0 attached, 2 wrong usage, an unreadable recording, or an offset that is not clear.
 
     \b
     Examples:
@@ -148,7 +143,7 @@ def attach_command(given: AttachOptions) -> None:
       vislam2tag attach survey/floor_1/iPhone/walk-1 co2.csv --by motion
     """
     if given.time_column is None and given.unit is not None:
-        raise UsageError("--unit needs --time-column: which column is in it")
+        raise UsageError("--unit also needs --time-column, the name of the column of times")
     columns = None
     if given.time_column is not None:
         columns = api.TableColumns(time_column=given.time_column, unit=given.unit, zone=given.zone)
@@ -169,8 +164,8 @@ def _print_attach(made: api.Attached, walk: Path) -> None:
     tie = made.tie
     say(made.taken_for)
     say(
-        f"its clock is {tie.offset_ns / 1e9:.3f} s ahead (+- {tie.sigma_s:.3f} s) by {tie.by} ({tie.figures})"
-        + (f", and gains {1e6 * tie.rate:.0f} us each second" if tie.rate else "")
+        f"its clock is {tie.offset_ns / 1e9:.3f} s ahead (+- {tie.sigma_s:.3f} s), from {tie.by} ({tie.figures})"
+        + (f", and gains {1e6 * tie.rate:.0f} us per second" if tie.rate else "")
     )
     for table, rows in made.rows.items():
         say(f"  {table}: {rows} rows, {made.inside[table]} within the walk")
@@ -184,27 +179,26 @@ def _print_attach(made: api.Attached, walk: Path) -> None:
 def sightings_command(
     *,
     survey: SurveyFolder,
-    images: Path | None = option(None, "Images that `sheets` wrote.", metavar="FOLDER"),
-    tags: str | None = option(None, "Tags of this family; a wrong one lists all.", metavar="FAMILY"),
-    tag_side_m: float | None = option(None, "Side of a tag's black square, metres.", least=0.01),
+    images: Path | None = option(None, "Folder OUT/images that `sheets` wrote.", metavar="FOLDER"),
+    tags: str | None = option(None, "Family of square tags, such as apriltag-36h11.", metavar="FAMILY"),
+    tag_side_m: float | None = option(None, "Side length of a tag's black square, metres.", least=0.01),
     qr_side_m: float | None = option(
-        None, "Side of QR codes whose text ends in the landmark's id, metres.", least=0.01
+        None, "Side length of QR codes whose text ends with the landmark id, metres.", least=0.01
     ),
-    replace: bool = option(False, "Look anew where sightings.csv is there already."),
+    replace: bool = option(False, "Search sessions again that already have a sightings.csv."),
     json: AsJson = False,
 ) -> None:
-    """Find landmarks in the pictures of walks that an iPhone or another camera recorded.
+    """Find landmarks in the images of walks that an iPhone or another camera recorded.
 
-    Such walks have poses and pictures, but nobody told their tracker of our landmarks. This looks for them: sheets that
-    `sheets` printed (--images, its folder OUT/images), with the tags on them where there are some, square tags (--tags
-    with --tag-side-m, whose numbers are the landmarks' ids), or QR codes (--qr-side-m). Each sighting gets a pose by
-    the camera's lens, and a standard deviation by the pixels.
+    Such walks have poses and images, but their tracker does not know the landmarks. This command searches for sheets
+    from `sheets` (--images, its folder OUT/images) and the tags on them, for square tags whose numbers are landmark ids
+    (--tags with --tag-side-m), or for QR codes (--qr-side-m). Each sighting gets a pose, and a standard deviation from
+    the pixels.
 
-    Writes sightings.csv into each session's folder, beside the recording, which stays as it is; `process` reads it.
-    docs/how-to/iphone.md goes through a survey with an iPhone.
+    Writes sightings.csv into each session's folder, which `process` reads. The recording is not changed. See
+    docs/how-to/iphone.md.
 
-    Exit code: 0 all sessions done, 1 at least one has no pictures that can be used, 2 wrong usage or not a survey, 130
-    interrupted.
+    Exit code: 0 all sessions done, 1 a session has no usable images, 2 wrong usage or not a survey, 130 interrupted.
 
     \b
     Examples:
@@ -214,7 +208,11 @@ def sightings_command(
 
     def there() -> str:
         done = bar.done - bar.failed
-        return f"{done} sessions have their sightings; the same command goes on" if done else "no session was finished"
+        return (
+            f"{done} sessions are finished; run the same command again to continue"
+            if done
+            else "no session was finished"
+        )
 
     with session_bar("sessions", lines=True) as bar, interrupted_with(there):
         found = api.sightings(
@@ -237,5 +235,5 @@ def _print_sightings(found: Sequence[api.SightingsFound], survey: Path, after: s
     for one in found:
         what = ", ".join(one.landmarks) or one.skipped or one.error or "none"
         rows.append((one.session, what, str(one.sightings), str(one.doubtful), str(one.missing)))
-    print_table("Sightings", ("session", "landmarks"), ("sightings", "doubtful", "pictures missing"), rows)
+    print_table("Sightings", ("session", "landmarks"), ("sightings", "doubtful", "missing images"), rows)
     next_step(after, survey=survey)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 WORST = 10
-"""Residuals shown; the files have all."""
+"""Number of residuals printed; the files contain all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,44 +29,45 @@ class RegisterOptions:
     """Arguments and options of ``vislam2tag register``."""
 
     site: Path = argument("Site or survey folder.")
-    floor: int | None = option(None, "Floor; needed where the site has several.")
-    station: tuple[Path, ...] = option((), "Export of a total station; repeatable.", metavar="FILE")
-    control: Path | None = option(None, "Known points in the BCS: point,E,N,H and optional sigma.", metavar="FILE")
-    known: tuple[str, ...] = option((), "A landmark of the site that is known; repeatable; all: every one.")
-    columns: str | None = option(None, "Columns of the exports, in order: point,E,N,H,code,station; -: not used.")
+    floor: int | None = option(None, "Floor; needed if the site has several.")
+    station: tuple[Path, ...] = option((), "Export file of a total station; repeatable.", metavar="FILE")
+    control: Path | None = option(
+        None, "Known points in building coordinates: point,E,N,H and optional sigma.", metavar="FILE"
+    )
+    known: tuple[str, ...] = option((), "Id of a landmark with known position, or all; repeatable.")
+    columns: str | None = option(None, "Order of columns in the exports: point,E,N,H,code,station, - to skip one.")
     code: tuple[str, ...] = option((), "Use only shots with this point code; repeatable.")
-    landmark_names: str = option("*", "How landmarks are named; * is the id.")
-    control_points: str = option("CP*", "How the floor's control points are named; * is the number.")
-    ties: str = option("TP*", "How points are named that only tie stations together.")
-    scale: str = option("fixed", "Whether distances may differ by a factor.", metavar="fixed|free")
-    tape: Path | None = option(None, "Distances: landmark,to,distance_m and optional sigma_m.", metavar="FILE")
-    targets: Path | None = option(None, "Corners and walls: name,x,y or name,x,y,x2,y2.", metavar="FILE")
+    landmark_names: str = option("*", "Names of landmarks in the exports; * is the id.")
+    control_points: str = option("CP*", "Names of control points in the exports; * is the number.")
+    ties: str = option("TP*", "Names of tie points between stations in the exports.")
+    scale: str = option("fixed", "free: also estimate a scale factor of distances.", metavar="fixed|free")
+    tape: Path | None = option(None, "Tape distances: landmark,to,distance_m and optional sigma_m.", metavar="FILE")
+    targets: Path | None = option(None, "Corners and walls for --tape: name,x,y or name,x,y,x2,y2.", metavar="FILE")
     clicks: Path | None = option(None, "Clicks saved by the page of --click.", metavar="FILE")
-    click: Path | None = option(None, "Write the page to click landmarks on; nothing else.", metavar="PAGE.html")
+    click: Path | None = option(None, "Write a page for clicking landmarks on the plan, and end.", metavar="PAGE.html")
     shot_sigma_m: float | None = setting("registration.shot_sigma_m", hidden=True)
     tape_sigma_m: float | None = setting("registration.tape_sigma_m", hidden=True)
     plan_sigma_m: float | None = setting("registration.plan_sigma_m", hidden=True)
     follow_links: FollowLinks = False
     json: AsJson = False
     config: ConfigFile = None
-    out: Path | None = option(None, "Write files, record and figure there.", metavar="FOLDER")
-    write: bool = option(False, "Write the positions into the site's own files.")
-    replace: bool = option(False, "Let --write replace other positions.")
+    out: Path | None = option(None, "Folder for files, record and figure.", metavar="FOLDER")
+    write: bool = option(False, "Write the positions into the site's files.")
+    replace: bool = option(False, "Let --write replace different positions.")
 
 
 @command
 def register_command(given: RegisterOptions) -> None:
-    """Register: where landmarks hang, from what surveyors measured.
+    """Compute the positions of landmarks from what surveyors measured.
 
-    Total-station exports (--station, one file a station) are adjusted together with known points (--control, or
-    landmarks of the site by --known): least squares, with residuals and a sigma for each landmark. What contradicts the
-    rest is left out and named: points interchanged, mistyped, or off. Tape distances (--tape, with walls and corners in
-    --targets) and clicks on the plan (--click writes the page, --clicks reads its file) are cheaper and less exact.
-    Nothing is written without --out or --write. docs/how-to/registration.md tells formats and method.
+    Exports of total stations (--station, one file each) are adjusted by least squares together with known points
+    (--control, or landmarks of the site with --known). The result has residuals and a sigma for each landmark.
+    Measurements that contradict the rest are excluded and named: interchanged, mistyped or displaced points. Tape
+    distances (--tape with --targets) and clicks on the plan (--click, then --clicks) are cheaper and less exact.
+    Nothing is written without --out or --write. See docs/how-to/registration.md for formats and method.
 
-    Exit code: 0 all right, 1 something was left out, a landmark got no position, two look interchanged, or names do not
-    match the landmark table (then --write writes nothing), 2 wrong usage, or the measurements do not suffice, 130
-    interrupted.
+    Exit code: 0 all registered, 1 a measurement was excluded, a landmark has no position, two may be interchanged, or
+    names do not match (then --write writes nothing), 2 wrong usage or too few measurements, 130 interrupted.
 
     \b
     Examples:
@@ -87,7 +88,7 @@ def register_command(given: RegisterOptions) -> None:
         _write_page(given.click, given, whole, chosen)
     settings = settings_from(given).registration
     if given.scale not in ("fixed", "free"):
-        raise UsageError(f"--scale {given.scale}: must be fixed or free")
+        raise UsageError(f"--scale {given.scale}: expected fixed or free")
     if given.out is not None:
         registering.check_out(given.out, given.site)
     sources = registering.FloorFiles(
@@ -108,7 +109,7 @@ def register_command(given: RegisterOptions) -> None:
 
 
 def _written(found: api.Registration, given: RegisterOptions, floor: api.Floor) -> list[Path]:
-    """Write what is to be written; return the files."""
+    """Write into the site and the output folder as asked; return the files."""
     from vislam2tag.pipeline.site.register import write_folder, write_into_site
 
     written: list[Path] = []
@@ -120,7 +121,7 @@ def _written(found: api.Registration, given: RegisterOptions, floor: api.Floor) 
 
 
 def _write_page(page: Path, given: RegisterOptions, site: api.Site, floor: api.Floor) -> None:
-    """Write the page to click landmarks on, and end."""
+    """Write the page for clicking landmarks, and end."""
     import numpy as np
 
     from vislam2tag.site.links import refuse_outside_plan
@@ -150,7 +151,7 @@ def _print(found: api.Registration, given: RegisterOptions, shot_sigma_m: float,
         lines = f" (line {', '.join(map(str, finding.lines))})" if finding.lines else ""
         say(f"{finding.severity.value} {place}{finding.message}{lines}")
     for error in found.errors:
-        print_line("left out", "bold red", error)
+        print_line("excluded", "bold red", error)
     for name, why in found.unplaced.items():
         print_line("no position", "bold red", f"landmark {name}: {why}")
     _print_summary(found)
@@ -164,7 +165,7 @@ def _print_next(found: api.Registration, given: RegisterOptions) -> None:
     if found.has_other_names:
         after = "register, other names"
         if given.write:
-            say("nothing was written into the site: the names are not those of its landmark table")
+            say("nothing was written into the site, because no name matches its landmark table")
     next_step(after, site=given.site)
 
 
@@ -201,8 +202,8 @@ def _print_residuals(found: api.Registration) -> None:
     for one in every[:WORST]:
         along = ("-", "-") if one.by_m is None else tuple(_millimetres(value) for value in one.by_m)
         rows.append((one.measurement, *along, _millimetres(one.off_m), f"{one.sigmas:.1f}"))
-    title = f"Greatest residuals of those kept (at most {WORST})"
-    print_table(title, ("measurement",), ("x", "y", "off", "sigmas"), rows)
+    title = f"Largest residuals of the measurements used (at most {WORST})"
+    print_table(title, ("measurement",), ("x", "y", "residual", "sigmas"), rows)
 
 
 def _millimetres(value_m: float) -> str:

@@ -1,4 +1,4 @@
-"""``vislam2tag simulate``: a raw survey with known truth."""
+"""``vislam2tag simulate``: a raw survey with known true positions."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from vislam2tag.simulation.settings import (
     SiteColumn,
 )
 
-EPILOG = f"Traps: {', '.join(TRAP_FINDINGS)}."
+EPILOG = f"Traps for --trap: {', '.join(TRAP_FINDINGS)}."
 _IGNORED = {
     "--like": ("floors", "devices", "sessions", "minutes", "landmark_count", "later"),
     "--site": ("floors", "landmark_count"),
 }
-"""What an option decides itself, by the names of parameters."""
+"""Parameters that an option makes useless."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,38 +46,34 @@ class SimulateOptions:
     sessions: int = option(2, "Walks on each floor with each phone.", least=1)
     minutes: float = option(2.0, "Length of each walk.", least=0.25, most=600)
     landmark_count: int | None = setting("simulation.building.landmarks", hidden=True)
-    severity: SeverityLevel = option(SeverityLevel.DEFAULT, "How much goes wrong with tracking.")
-    seed: int = option(0, "One seed, same bytes.")
-    locale: Locale = option(Locale.MIXED, "Decimal comma, point, or each phone its own.", hidden=True)
-    trap: tuple[str, ...] = option((), "A trap of the raw layout; may be given again.")
-    climb: Climb | None = option(
-        None, "Walks go on to other floors and back this way; landmark ids then differ between floors."
-    )
-    pressure: bool = option(False, "The phones log air pressure, too.")
-    ble: bool = option(False, "There are BLE beacons, and the phones log them.")
+    severity: SeverityLevel = option(SeverityLevel.DEFAULT, "Severity of tracking errors.")
+    seed: int = option(0, "Seed. The same seed gives the same files.")
+    locale: Locale = option(Locale.MIXED, "Decimal comma, point, or different for each phone.", hidden=True)
+    trap: tuple[str, ...] = option((), "Fault to put into the raw files, see below; repeatable.")
+    climb: Climb | None = option(None, "How walks change floors. Landmark ids then differ between floors.")
+    pressure: bool = option(False, "Also log air pressure.")
+    ble: bool = option(False, "Add BLE beacons and log them.")
     rtt: bool = option(False, "Log ranges to access points (with --format phone).")
-    without_poses: bool = option(False, "No tracker: known positions every 20 s in place of poses.")
-    column: tuple[SiteColumn, ...] = option((), "An optional column of the site's files; may be given again.")
+    without_poses: bool = option(False, "Log known positions every 20 s instead of poses.")
+    column: tuple[SiteColumn, ...] = option((), "Optional column of the site files; repeatable.")
     names: FileNames = option(FileNames.PUBLISHED, "File names as published or as in the paper.", hidden=True)
     layout: SessionLayout = option(
-        SessionLayout.PUBLISHED, "Sessions as published, or as the phone app writes them.", "--format"
+        SessionLayout.PUBLISHED, "Layout of sessions: as published, or as the phone app writes them.", "--format"
     )
-    scripts: bool = option(False, "With --format phone: script.txt, what the phone saw, in each session.", hidden=True)
-    like: CopiedSurvey | None = option(None, "Copy the paper's evaluation (floors, phones and walks are then its own).")
-    site: Path | None = option(
-        None, "Walk on the plans of this site, past its landmarks, instead of a made one.", metavar="SITE"
-    )
+    scripts: bool = option(False, "With --format phone: also write script.txt with what the phone saw.", hidden=True)
+    like: CopiedSurvey | None = option(None, "Copy the paper's evaluation, with its floors, phones and walks.")
+    site: Path | None = option(None, "Walk through this site instead of a generated building.", metavar="SITE")
     floor: tuple[int, ...] = option((), "With --site: only this floor; repeatable.")
-    landmarks: Path | None = option(
-        None, "With --site: its landmarks.csv or the like instead of its own landmarks.", metavar="FILE"
+    landmarks: Path | None = option(None, "With --site: use the landmarks of this file.", metavar="FILE")
+    mask: Path | None = option(
+        None, "With --site and one --floor: image in which green is walkable, red is not.", metavar="IMAGE"
     )
-    mask: Path | None = option(None, "With --site and one --floor: green can be walked, red cannot.", metavar="IMAGE")
     later: Annotated[
         datetime | None,
         typer.Option(
             formats=["%Y-%m-%d"],
             metavar="DATE",
-            help="Walks of that day through the same building, for join: 2022-06-01.",
+            help="Date of a later survey of the same building, such as 2022-06-01.",
         ),
     ] = None
     json: AsJson = False
@@ -86,14 +82,13 @@ class SimulateOptions:
 
 @command
 def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
-    """Simulate a raw survey in the published layout or the phone app's, with the truth beside it (truth.csv in each
-    session).
+    """Simulate a raw survey, in the published layout or the phone app's.
 
-    The pipeline never reads the truth. The same options give the same bytes. With --site, access points are those of
-    the building, whatever the seed, which is the walks'; --later makes a second survey that can be joined with the
-    first.
+    Each session also gets a truth.csv with its true positions, which only `evaluate` reads. The same options give the
+    same files. With --site, the seed changes the walks but not the access points of the building. --later simulates a
+    second survey of the same building, for `join`.
 
-    Exit code: 0 written, 2 wrong usage, or OUT holds something already or cannot be written.
+    Exit code: 0 written, 2 wrong usage, or OUT is not empty.
 
     \b
     Examples:
@@ -144,7 +139,7 @@ def _refuse_contradictions(given: SimulateOptions) -> None:
     if given.climb is not None and (given.like is not None or given.site is not None or given.floors < 2):
         raise UsageError("--climb: needs --floors 2 or more and a survey of its own, without --like and --site")
     if given.site is not None and given.like is not None:
-        raise UsageError("--site and --like: give one of the two")
+        raise UsageError("--site and --like: use only one of the two")
 
 
 def _refuse_ignored(context: typer.Context, given: SimulateOptions) -> None:
@@ -154,13 +149,13 @@ def _refuse_ignored(context: typer.Context, given: SimulateOptions) -> None:
             source = context.get_parameter_source(name)
             if source is not None and source.name == "COMMANDLINE":
                 floors = (option_name, name) == ("--site", "floors")
-                instead = " (name floors of the site by --floor)" if floors else ""
+                instead = " (choose floors of the site with --floor)" if floors else ""
                 typed = name.replace("_", "-")
-                raise UsageError(f"--{typed}: has no effect with {option_name}; leave one of the two out{instead}")
+                raise UsageError(f"--{typed}: has no effect with {option_name}; remove one of the two{instead}")
     if given.site is None and (given.floor or given.landmarks or given.mask):
         raise UsageError("--floor, --landmarks and --mask: need --site")
     if given.mask is not None and len(given.floor) != 1:
-        raise UsageError("--mask: corrects one floor; name it with --floor")
+        raise UsageError("--mask: applies to one floor; pass it with --floor")
 
 
 def _on_site(given: SimulateOptions, site: Path, settings: Settings) -> api.Scenario:
@@ -191,7 +186,7 @@ def _like_the_paper(given: SimulateOptions) -> api.Scenario:
 
 
 def _regular(given: SimulateOptions, settings: Settings) -> api.Scenario:
-    """Walks through a made building."""
+    """Walks through a generated building."""
     from vislam2tag.simulation.phones import device_names
     from vislam2tag.simulation.scenario import WALKING_DAY
 
@@ -214,7 +209,7 @@ def _regular(given: SimulateOptions, settings: Settings) -> api.Scenario:
 def _print(scenario: api.Scenario, out: Path) -> None:
     floors, walks = len(scenario.building.floors), len(scenario.sessions)
     say(
-        f"{out}: {walks} walk{'' if walks == 1 else 's'} on {floors} floor{'' if floors == 1 else 's'}; where each "
-        "really led stands in its truth.csv, which only evaluate reads"
+        f"{out}: {walks} walk{'' if walks == 1 else 's'} on {floors} floor{'' if floors == 1 else 's'}; each "
+        "session's truth.csv contains its true positions, which only evaluate reads"
     )
     next_step("simulate", survey=out)

@@ -13,6 +13,7 @@ from vislam2tag.cli.records import argument, command, group, option
 from vislam2tag.cli.site_init import init_command, print_site, site_record
 from vislam2tag.cli.tables import or_dash, print_findings, print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say, visible_console
+from vislam2tag.common.documentation import with_pages
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Answer
 
@@ -22,14 +23,16 @@ def show_command(
     *,
     site: SiteFolder,
     floor: Floors = (),
-    out: Path | None = option(None, "Draw it there: a file named .png, .pdf, .svg or .html.", metavar="FILE"),
+    out: Path | None = option(None, "Drawing to write: a .png, .pdf, .svg or .html file.", metavar="FILE"),
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    """Show a site: a table of its floors, and with --out a drawing of plans, landmarks, control points, axes and scale.
+    """Show the floors of a site as a table, and with --out as a drawing.
 
-    Exit code: 0 nothing is wrong (warnings are no failure), 1 a finding is an error, 2 wrong usage or unusable files,
-    or nothing can be written, 130 interrupted.
+    The drawing shows plans, landmarks, control points, axes and scale.
+
+    Exit code: 0 nothing is wrong, 1 a finding is an error, 2 wrong usage or unusable files, 130 interrupted. Warnings
+    do not change the exit code.
 
     \b
     Examples:
@@ -65,13 +68,13 @@ def write_command(
     follow_links: FollowLinks = False,
     json: AsJson = False,
 ) -> None:
-    """Write a site in the published layout: floor_dimensions.csv, and each floor's plan, marker_dict.csv and
-    refmarker.csv.
+    """Write a site in the published layout.
 
-    The origin of that layout is the lower left corner of the plan: positions move there, and rebase.toml says by how
-    much. Sessions are not copied.
+    Writes floor_dimensions.csv, and for each floor its plan, marker_dict.csv and refmarker.csv. The origin of this
+    layout is the lower left corner of the plan. Positions are moved there, and rebase.toml contains the shift. Sessions
+    are not copied.
 
-    Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
     \b
     Example:
@@ -95,14 +98,14 @@ class RebaseOptions:
     """Arguments and options of ``vislam2tag site rebase``."""
 
     source: Path = argument("Labels, data set, site or landmark file.")
-    out: Path = option(..., "Where the rebased one goes: new, empty or from an earlier run.")
+    out: Path = option(..., "Output: a new or empty folder, or one from an earlier run.")
     to: Path | None = option(None, "The new site.", metavar="SITE")
-    old: Path | None = option(None, "The old site; SOURCE itself where that is a site.", "--from", metavar="SITE")
-    by: Path | None = option(None, "The change, as rebase.toml.", metavar="FILE")
+    old: Path | None = option(None, "The old site. Not needed if SOURCE is a site.", "--from", metavar="SITE")
+    by: Path | None = option(None, "The change of frame as a rebase.toml file.", metavar="FILE")
     back: bool = option(False, "Apply the inverse of the change.")
-    rigid: bool = option(False, "Estimate no scale.")
-    without: tuple[str, ...] = option((), "Do not estimate by this landmark; repeatable.", metavar="ID")
-    building: str | None = option(None, "The site's building in a data set of several.")
+    rigid: bool = option(False, "Do not estimate a scale.")
+    without: tuple[str, ...] = option((), "Ignore this landmark in the estimate; repeatable.", metavar="ID")
+    building: str | None = option(None, "Building of the site, if the data set has several.")
     replace: Replace = False
     follow_links: FollowLinks = False
     json: AsJson = False
@@ -110,14 +113,14 @@ class RebaseOptions:
 
 @command
 def rebase_command(given: RebaseOptions) -> None:
-    """Carry labels, fingerprints or landmarks over to a new plan, origin or resurvey. What is there stays as it is.
+    """Move labels, fingerprints or landmarks to a new plan, origin or resurvey.
 
-    SOURCE is an output folder of process, a data set, a site, or a file with landmarks of several floors. The change of
-    each floor, a similarity and a rise, is given by --by, or estimated from the landmarks that the sites --from and
-    --to share; residuals are printed. Positions, covariances, headings and heights change with it, and OUT records the
-    change.
+    SOURCE is an output folder of process, a data set, a site, or a landmark file. It is not changed. Each floor is
+    moved by a similarity transform and a change of height. Pass the change with --by, or let it be estimated from the
+    landmarks that the sites --from and --to share. Residuals are printed. Positions, covariances, headings and heights
+    are transformed, and OUT records the change.
 
-    Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
     \b
     Examples:
@@ -157,10 +160,12 @@ def _changes(given: RebaseOptions) -> api.FrameChanges:
 
     if given.by is not None:
         if given.old is not None or given.rigid or given.without:
-            raise UsageError("--by: the change is given; --from, --rigid and --without are for estimating it")
+            raise UsageError(
+                "--by FILE already specifies the change; do not combine it with --from, --rigid or --without"
+            )
         return read_changes(given.by)
     if given.to is None:
-        raise UsageError("--to: give the new site, or the change by --by")
+        raise UsageError("pass the new site with --to, or the change with --by")
     sites = (read_site(site, follow_links=True)[0] for site in (given.old or given.source, given.to))
     return estimated_changes(*sites, rigid=given.rigid, without=given.without)
 
@@ -179,7 +184,7 @@ def _print_changes(changes: api.FrameChanges) -> None:
         worst = sorted(change.residuals_m.items(), key=lambda item: -item[1])[:3]
         if worst:
             texts = ", ".join(f"{name} {apart_m:.3f} m" for name, apart_m in worst)
-            say(f"floor {change.number}: fit worst: {texts}; leave out what was moved by --without")
+            say(f"floor {change.number}: largest residuals: {texts}; exclude moved landmarks with --without")
 
 
 @command
@@ -188,21 +193,20 @@ def walkable_command(
     site: SiteFolder,
     out: Path = option(..., "Output folder: new, empty or from an earlier run."),
     floor: Floors = (),
-    mask: Path | None = option(None, "With one floor: green can be walked, red cannot.", metavar="IMAGE"),
+    mask: Path | None = option(None, "Image for one floor: green is walkable, red is not.", metavar="IMAGE"),
     wall_contrast: float | None = setting("walkable.wall_contrast", hidden=True),
     follow_links: FollowLinks = False,
     json: AsJson = False,
     config: ConfigFile = None,
 ) -> None:
-    """Show where floors can be walked, as planning and simulating take it from the plans
-    (docs/explanation/planning.md).
+    """Detect the walkable space of each floor from its plan.
 
-    Writes for each floor OUT/floor_K.png (walkable space, walls, corridors), OUT/floor_K.geojson (the graph, metres)
-    and OUT/floor_K.mask.png, green where people can walk and red elsewhere: correct it with any paint program, and give
-    it to --mask here, of plan and of simulate. walkable.json has figures and findings.
+    `plan` and `simulate` use it, see docs/explanation/planning.md. For each floor this writes OUT/floor_K.png (walkable
+    space, walls, corridors), OUT/floor_K.geojson (graph in metres) and OUT/floor_K.mask.png. In the mask, people can
+    walk on green and not on red. Correct it with any paint program and pass it with --mask to this command, plan or
+    simulate. walkable.json contains figures and findings.
 
-    Exit code: 0 all right, 2 wrong usage, no plan, nothing that can be walked, or OUT cannot be written, 130
-    interrupted.
+    Exit code: 0 written, 2 wrong usage, no plan or nothing walkable, 130 interrupted.
 
     \b
     Examples:
@@ -238,10 +242,10 @@ def _print_walkable(found: tuple[api.WalkableFloor, ...], site: Path, out: Path)
 
 
 site_command = group(
-    "The site that a survey is of: building, floors, plans, frames (docs/how-to/site.md).",
-    ("init", "Begin a site, or add a floor to it.", init_command),
-    ("show", "A table of its floors, or a drawing.", show_command),
-    ("write", "Write it in the published layout.", write_command),
-    ("rebase", "Carry labels over to a new plan or origin.", rebase_command),
-    ("walkable", "Show where its floors can be walked.", walkable_command),
+    with_pages("Describe the building of a survey: floors, plans, coordinate frames (docs/how-to/site.md)."),
+    ("init", "Create a site or add a floor.", init_command),
+    ("show", "Show the floors as a table or drawing.", show_command),
+    ("write", "Write the site in the published layout.", write_command),
+    ("rebase", "Move labels to a new plan or origin.", rebase_command),
+    ("walkable", "Show the walkable space of the floors.", walkable_command),
 )

@@ -1,4 +1,4 @@
-"""``vislam2tag studio``: look, find and correct in the browser."""
+"""``vislam2tag studio`` and ``docs``: pages that open in the browser."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import answer, say, say_json
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, shown
 
@@ -28,19 +29,19 @@ LOOPBACK = "127.0.0.1"
 class StudioOptions:
     """Arguments and options of ``vislam2tag studio``."""
 
-    survey: Path = argument("Survey folder (with floor_K/DEVICE/SESSION below); with --export a fleet, too.")
+    survey: Path = argument("Survey folder (with floor_K/DEVICE/SESSION below), or a fleet with --export.")
     labels: Path | None = option(
-        None, "Labels as process makes them, existing or not.  [default: SURVEY-labels beside the survey]"
+        None, "Output folder of process, existing or new.  [default: SURVEY-labels beside the survey]"
     )
-    compare: tuple[Path, ...] = option((), "Further labels to compare with; repeatable.")
-    host: str = option(LOOPBACK, "Address to listen on; 0.0.0.0: the whole network.")
-    port: int = option(8770, "Port to listen on; 0: any free one.", least=0, most=65535)
+    compare: tuple[Path, ...] = option((), "Other labels to compare with; repeatable.")
+    host: str = option(LOOPBACK, "Address to listen on; 0.0.0.0 for the whole network.")
+    port: int = option(8770, "Port to listen on; 0 for any free port.", least=0, most=65535)
     export: Path | None = option(
-        None, "Write the page as files that only show, and end; replaces an earlier one.", metavar="DIR"
+        None, "Write a read-only copy of the page as files, and end. Replaces an earlier copy.", metavar="DIR"
     )
     hash_bssid: Path | None = option(
         None,
-        "With --export: hash BSSIDs with the secret of at least 16 bytes in this file.  [default: a new one]",
+        "With --export: file with a secret of at least 16 bytes to hash BSSIDs.  [default: a new secret]",
         metavar="KEYFILE",
     )
     only: tuple[str, ...] = option(
@@ -55,24 +56,20 @@ class StudioOptions:
 
 @command
 def studio_command(given: StudioOptions) -> None:
-    """Look at a survey and its labels in the browser, find what is wrong, correct it.
+    """View a survey and its labels in the browser, find mistakes and correct them.
 
-    Opens a page on this computer. What is changed there is a line in the survey's corrections.toml, as if typed;
-    sessions that it touches are mapped again into the folder of --labels, as by process. Raw files are never changed.
-    Ctrl-C ends it.
+    Opens a page on this computer. Corrections are written to the survey's corrections.toml. Affected sessions are
+    mapped again into the folder of --labels, as by process. Raw files are never changed. Press Ctrl-C to stop.
 
-    With --export DIR nothing is opened: DIR becomes the same page on files, which only shows, for any web server or
-    bucket. Names of networks, networks that opted out (_nomap) and what people wrote beside corrections are left out,
-    addresses of networks are hashed; what is told of the building and of devices, stays. Sessions and site files that
-    links lead to outside SURVEY are left out, unless --follow-links is given. Where SURVEY is a fleet, or a fleet's
-    address, the page is a list of its surveys to search, and the walks of each that has labels are behind it; --survey
-    chooses.
+    --export DIR writes a read-only copy of the page for any web server or bucket. Network names, networks that opted
+    out (_nomap) and notes beside corrections are removed, and network addresses are hashed. The building and the
+    devices stay visible. Files that links point to outside SURVEY are skipped, unless you pass --follow-links. If
+    SURVEY is a fleet or its address, the page lists its surveys, and --survey selects some.
 
-    The address that is shown works once, for one browser; the page gives further ones. Only this computer can open it
-    unless --host says more: then use a network that you trust, what is sent can be read there.
+    The printed address works once, for one browser. Only this computer can open it, unless you pass --host. Then use a
+    network that you trust, because the connection is not encrypted.
 
-    Exit code: 0 ended by Ctrl-C, or DIR is written; 2 not a survey, the address cannot be listened on, a store cannot
-    be read, or DIR cannot be written.
+    Exit code: 0 stopped by Ctrl-C, or DIR is written, 2 not a survey, or the address is not available.
 
     \b
     Examples:
@@ -88,14 +85,16 @@ def studio_command(given: StudioOptions) -> None:
     if is_fleet(survey):
         if given.export is None or given.labels or given.compare:
             raise UsageError(
-                f"{shown(survey)}: is a fleet; give --export DIR and neither --labels nor --compare, or open one of "
+                f"{shown(survey)}: is a fleet; pass --export DIR without --labels and --compare, or open one of "
                 f"its surveys: vislam2tag studio {shown(survey)}/surveys/NAME --labels {shown(survey)}/labels/NAME"
             )
         _export_fleet(given, given.export)
     if given.only:
-        raise UsageError(f"--survey: {shown(survey)} is no fleet; leave the option out")
+        raise UsageError(f"--survey: {shown(survey)} is not a fleet; remove the option")
     if address_of(survey):
-        raise UsageError(f"{shown(survey)}: is no fleet; copy the survey to this machine (docs/how-to/many-surveys.md)")
+        raise UsageError(
+            f"{shown(survey)}: is not a fleet; copy the survey to this machine, see {page_of('how-to/many-surveys')}"
+        )
     if given.export is not None:
         _export(given, given.export)
     _serve(given, _opened(given))
@@ -164,9 +163,42 @@ def _serve(given: StudioOptions, workspace: Workspace) -> None:
             say_json({"url": url, "labels": workspace.out})
         else:
             code = "" if given.host == LOOPBACK else code_of(url)
-            say(f"{code}\n{url}\n\nlabels: {workspace.out}\nCtrl-C ends it.")
+            say(f"{code}\n{url}\n\nlabels: {workspace.out}\nPress Ctrl-C to stop.")
         if given.browser:
             webbrowser.open(url)
         serve_studio(app, opened)
     if not given.json:
         next_step("studio", labels=workspace.out)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DocsOptions:
+    """Arguments and options of ``vislam2tag docs``."""
+
+    page: str = argument("Page to open, as messages name it, such as how-to/iphone.", "index")
+    browser: bool = option(True, "Open the page in this computer's browser.")
+
+
+@command
+def docs_command(given: DocsOptions) -> None:
+    """Open a page of the documentation in the browser, without a network.
+
+    Prints the page's file and opens it. This needs the extra docs, which contains the whole documentation with its
+    search.
+
+    Exit code: 0 the page was opened or printed, 2 the extra is not installed or there is no such page.
+
+    \b
+    Examples:
+      vislam2tag docs
+      vislam2tag docs help/faq
+      vislam2tag docs reference/settings --no-browser
+    """
+    import webbrowser
+
+    from vislam2tag.common.documentation import offline_page
+
+    page = offline_page(given.page)
+    say(str(page))
+    if given.browser:
+        webbrowser.open(page.as_uri())

@@ -1,4 +1,4 @@
-"""Options that several commands share, and the values that they stand for.
+"""Options that several commands share, and their values.
 
 Those that are settings are made from the tree of settings, so that each is described once.
 """
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 ConfigFile: TypeAlias = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Settings as TOML (docs/reference/settings.md); options win.")
+    Path | None, typer.Option(metavar="FILE", help="Settings as a TOML file; options override it.")
 ]
 OPTION_NAMES = {
     "simulation.building.landmarks": "landmark-count",
@@ -77,7 +77,7 @@ def settings_from(given: Any, survey: Path | None = None) -> Settings:
 def settings_of(config: Path | None, given: Mapping[str, object], survey: Path | None = None) -> Settings:
     """Settings of a file with those that options give, by full name, in their place; None: not given.
 
-    Without a file, that of the ``survey`` counts, where there is one, and is told.
+    Without a file, ``vislam2tag.toml`` of the ``survey`` is used if it exists, and its name is printed.
 
     Raises UsageError that names the file and the setting, or the option as it was typed.
     """
@@ -93,7 +93,7 @@ def settings_of(config: Path | None, given: Mapping[str, object], survey: Path |
         raise UsageError(f"{option_of(name)} {why}") from error
     if extreme := extreme_setting(settings):
         name = option_of(extreme[0]) if extreme[0] in given else f"--config {config}: {extreme[0]}"
-        raise UsageError(f"{name}: {extreme[1]:g} is beyond all sizes; give a number between 1e-6 and 1e9")
+        raise UsageError(f"{name}: {extreme[1]:g} is out of range; expected a number between 1e-6 and 1e9")
     return settings
 
 
@@ -110,9 +110,9 @@ def owner_of(full_name: str) -> tuple[type[FiniteRecord], FieldInfo]:
 
 @cache
 def texts_of(record: type[FiniteRecord]) -> dict[str, str]:
-    """What stands below each field of a class, on one line, for people who see no markup."""
+    """The description below each field of a class, on one line and without markup."""
     texts: dict[str, str] = {}
-    for base in record.__bases__:  # what it inherits is described there
+    for base in record.__bases__:  # inherited fields are described there
         if issubclass(base, FiniteRecord):
             texts |= texts_of(base)
     (body,) = ast.parse(textwrap.dedent(inspect.getsource(record))).body
@@ -138,37 +138,40 @@ LandmarkFile: TypeAlias = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Landmarks of all floors (columns as in marker_dict.csv, with floor) instead of the floors' files.",
+        help="Landmark file of all floors (marker_dict.csv with a floor column) to use instead of the floors' files.",
     ),
 ]
 Floors: TypeAlias = Annotated[tuple[int, ...], typer.Option(help="Only this floor; repeatable.")]
 Replace: TypeAlias = Annotated[
     bool,
-    typer.Option("--replace", help="Replace what another strategy or command wrote in OUT, the whole folder."),
+    typer.Option(
+        "--replace",
+        help="Replace the whole folder OUT, even if it was written with another strategy or by another command.",
+    ),
 ]
 FollowLinks: TypeAlias = Annotated[
     bool,
-    typer.Option("--follow-links", help="Share files, too, that links lead to outside the given folder."),
+    typer.Option("--follow-links", help="Also use files outside the given folder that links point to."),
 ]
-DryRun: TypeAlias = Annotated[bool, typer.Option("--dry-run", help="Say what would run, and why, and write nothing.")]
+DryRun: TypeAlias = Annotated[bool, typer.Option("--dry-run", help="Print what would run and why, and write nothing.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
-Jobs: TypeAlias = Annotated[int, typer.Option(min=1, show_default="all cores", help="Processes to run at once.")]
+Jobs: TypeAlias = Annotated[int, typer.Option(min=1, show_default="all cores", help="Number of parallel processes.")]
 Description: TypeAlias = Annotated[
     Path | None,
-    typer.Option(metavar="FILE", help="A dataset.toml with title, creators, licence; each data set holds one."),
+    typer.Option(metavar="FILE", help="A dataset.toml with title, creators and licence."),
 ]
-Technology: TypeAlias = Annotated[str, typer.Option(help="Fingerprints of which radio.")]
+Technology: TypeAlias = Annotated[str, typer.Option(help="Radio technology of the fingerprints.")]
 
 
 def format_help(otherwise: str = "") -> str:
-    """Help of ``--format``: the formats of other packages are named, ours stand in the command's help."""
+    """Help of ``--format``. Names the formats of plug-ins; the command's help lists ours."""
     names = ", ".join(DATASET_FORMATS.installed)
-    return f"One of those above{f', or of other packages: {names}' if names else ''}{otherwise}."
+    return f"A format from the list above{f', or of a plug-in: {names}' if names else ''}{otherwise}."
 
 
 @dataclass(frozen=True, kw_only=True)
 class SessionOptions:
-    """Which sessions of a survey; none given: all."""
+    """Sessions to use; all by default."""
 
     floor: Floors = ()
     device: tuple[str, ...] = option((), "Only this device; repeatable.")
@@ -183,29 +186,29 @@ class SessionOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class PrivacyOptions:
-    """What is left out of a data set, or hashed in it."""
+    """Parts of a data set to remove or hash."""
 
     include_nomap: bool = option(
-        False, "Keep networks named ..._nomap; they are left out otherwise, as their owners ask."
+        False, "Keep networks named ..._nomap. By default they are removed, as their owners ask."
     )
     hash_bssid: Path | None = option(
         None,
-        "Replace BSSIDs by keyed hashes; the file holds a secret of at least 16 bytes. "
-        "Sets hashed with one key can be joined.",
+        "Replace BSSIDs by keyed hashes. The file contains a secret of at least 16 bytes. "
+        "Data sets with the same key can be joined.",
         metavar="KEYFILE",
     )
-    no_ssid: bool = option(False, "Leave the names of networks out.")
+    no_ssid: bool = option(False, "Remove the names of networks.")
 
     @property
     def privacy(self) -> Privacy:
-        """The wish; raises UsageError for a key that cannot be used."""
+        """As a record; raises UsageError for an unusable key."""
         from vislam2tag.datasets.privacy import Privacy
 
         return Privacy(include_nomap=self.include_nomap, hash_key=key_of(self.hash_bssid), keep_ssids=not self.no_ssid)
 
 
 def key_of(file: Path | None) -> bytes | None:
-    """Read the secret for hashes; raises UsageError for a file that cannot be used."""
+    """Read the secret for hashes; raises UsageError for an unusable file."""
     from vislam2tag.datasets.privacy import read_key
 
     return None if file is None else read_key(file)
@@ -222,26 +225,22 @@ class ExecutorName(Enum):
 class ExecutorOptions:
     """Where sessions run."""
 
-    executor: ExecutorName = option(
-        ExecutorName.LOCAL, "Where sessions run: in --jobs processes here, or on a Dask cluster."
-    )
+    executor: ExecutorName = option(ExecutorName.LOCAL, "Run sessions in --jobs local processes, or on a Dask cluster.")
     scheduler: str | None = option(
-        None, "Of a Dask scheduler, tcp://HOST:8786, for --executor dask.", metavar="ADDRESS"
+        None, "Address of a Dask scheduler, tcp://HOST:8786, for --executor dask.", metavar="ADDRESS"
     )
-    cluster: Path | None = option(
-        None, "Cluster to make for --executor dask, as TOML (docs/how-to/many-surveys.md).", metavar="FILE"
-    )
+    cluster: Path | None = option(None, "TOML file of a cluster to start for --executor dask.", metavar="FILE")
 
     @contextmanager
     def opened(self, jobs: int) -> Iterator[Executor]:
-        """Yield what runs sessions; raises UsageError for options that do not go together."""
+        """Yield the executor; raises UsageError for contradicting options."""
         if self.executor is ExecutorName.LOCAL:
             from functools import partial
 
             from vislam2tag.pipeline.run.workers import process_all
 
             if self.scheduler is not None or self.cluster is not None:
-                raise UsageError("--scheduler and --cluster go with --executor dask: add that")
+                raise UsageError("--scheduler and --cluster also need --executor dask")
             yield partial(process_all, workers=jobs)
             return
         from vislam2tag.pipeline.run.dask import DaskExecutor, connected
@@ -256,7 +255,7 @@ def one_of(*known: str) -> Callable[[str, str], str]:
 
     def read(text: str, name: str) -> str:
         if text not in known:
-            raise UsageError(f"{name} {text}: there are {', '.join(known)}")
+            raise UsageError(f"{name} {text}: expected one of {', '.join(known)}")
         return text
 
     return read
@@ -277,6 +276,6 @@ def parameters_of(texts: Sequence[str]) -> dict[str, Any]:
     for text in texts:
         name, equals, value = text.partition("=")
         if not (name and equals):
-            raise UsageError(f"--set {text}: give PARAMETER=VALUE, such as k=5")
+            raise UsageError(f"--set {text}: expected PARAMETER=VALUE, such as k=5")
         parameters[name] = value_of(value)
     return parameters

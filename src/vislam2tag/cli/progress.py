@@ -1,4 +1,4 @@
-"""Progress of a command on standard error, and the one line of a command that was interrupted."""
+"""Progress of a command on standard error, and the message of an interrupted command."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vislam2tag.common.progress import Stage
 
 _LINES = 20
-"""So many at most, evenly among the sessions."""
+"""Largest number of lines, evenly spread over the sessions."""
 
 
 class SessionBar:
@@ -35,14 +35,14 @@ class SessionBar:
         self.done = 0
         """Sessions finished so far."""
         self.failed = 0
-        """Those of them, and other things, that failed."""
+        """Number of failures so far."""
 
     def count(self, _step: object, total: int) -> None:
         """Count one step of ``total`` that cannot fail."""
         self.advance(total, None)
 
     def enter(self, stage: str) -> None:
-        """Go on with another stage of the work, whose steps are counted from the start."""
+        """Start another stage of the work, with its own count."""
         from rich.markup import escape
 
         name = escape(stage)
@@ -51,17 +51,17 @@ class SessionBar:
             self._bar.reset(self._task, description=name, total=None)
 
     def step(self, stage: str, total: int, error: str | None = None) -> None:
-        """Count one step of ``total`` of a stage, and say why it failed if it did."""
+        """Count one step of ``total`` of a stage, and print why it failed."""
         self.enter(stage)
         self.advance(total, error)
 
     def show(self, stage: Stage, total: int) -> None:
-        """Show a stage by its name, and how far it is."""
+        """Show the name and progress of a stage."""
         self.enter(stage.name)
         self.reach(stage.done, total)
 
     def advance(self, total: int, error: str | None, rows: int = 0) -> None:
-        """Count one finished session of ``total``, and say why it failed if it did; ``rows`` are those written."""
+        """Count one finished session of ``total`` with the rows that it wrote, and print why it failed."""
         self.done += 1
         self._rows += rows
         if error:
@@ -75,13 +75,13 @@ class SessionBar:
             self._console.print(line, highlight=False)
 
     def reach(self, done: float, total: int) -> None:
-        """Show how many of ``total`` sessions are done while one is worked at, a part of it included."""
+        """Show how many of ``total`` sessions are done, including a part of the current one."""
         if self._moves_to(done, total):
             line = f"{done:.2f} of {total} sessions, {self._left_s(total):.0f} s left"
             self._console.print(line, highlight=False)
 
     def _moves_to(self, done: float, total: int, rate: str = "") -> bool:
-        """Move the bar; True where what is no terminal gets a line now."""
+        """Move the bar; True if a line is due on an output that is not a terminal."""
         before, self._reached = self._reached, done
         self._bar.update(self._task, completed=done, total=total, rate=rate)
         return self._lines and done * _LINES // total > before * _LINES // total
@@ -94,7 +94,7 @@ class SessionBar:
         return max(self._bar.tasks[0].elapsed or 0.0, 0.1)
 
     def fail(self, error: str) -> None:
-        """Count a failure and say why."""
+        """Count a failure and print why."""
         self.failed += 1
         self.print_line("failed", "red", error)
 
@@ -107,8 +107,8 @@ class SessionBar:
 def session_bar(name: str, *, lines: bool = False, share: bool = False) -> Iterator[SessionBar]:
     """Show a bar on standard error while sessions are worked at; ``name`` is what is counted.
 
-    With ``lines``, for work of hours, what is no terminal gets a line now and then. With ``share`` the bar shows the
-    share of the work that is done instead of a count.
+    With ``lines``, for long work, an output that is not a terminal gets a line now and then. With ``share`` the bar
+    shows the share of the work that is done instead of a count.
     """
     from rich import progress
 

@@ -1,7 +1,7 @@
 """Options of a command, as fields of a frozen record or as parameters of its function.
 
 A field or parameter is made by :func:`option` or :func:`argument`, by ``options.setting``, or has a type of
-``options.py``. One whose type is itself a record stands for that record's fields. :func:`command` lets Typer see all of
+``options.py``. A field whose type is a record adds the fields of that record. :func:`command` lets Typer see all of
 them as parameters, and calls the command with the filled records.
 """
 
@@ -14,6 +14,8 @@ from functools import wraps
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import typer
+
+from vislam2tag.common.documentation import with_pages
 
 _INFO, _PARSE, _SETS = "typer", "parse", "sets"
 """Keys of what a field's metadata contains: for Typer, how a text is read, and which settings it gives."""
@@ -65,8 +67,11 @@ def command(work: Callable[..., None]) -> Callable[..., None]:
 
 
 def help_of(work: Callable[..., None]) -> str:
-    """The docstring of a command; ``{models}`` in it stands for the names of all models."""
-    text = inspect.getdoc(work) or ""
+    """The docstring of a command with the addresses of the pages that it cites.
+
+    ``{models}`` in it becomes the names of all models.
+    """
+    text = with_pages(inspect.getdoc(work) or "")
     if "{models}" not in text:
         return text
     from vislam2tag.common.plugins import MODELS

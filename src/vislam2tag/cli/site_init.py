@@ -1,4 +1,4 @@
-"""``vislam2tag site init``: begins a site, or adds a floor to it."""
+"""``vislam2tag site init``: creates a site or adds a floor."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     Made = TypeVar("Made", bound=BaseModel)
 
 _LARGEST_M = 1000.0
-"""Few buildings are larger; more drawings are in other units than was thought."""
+"""Few buildings are larger. A larger plan is more likely in other units."""
 _PAGE = "page"
-"""``--area``: all of it."""
+"""Value of ``--area`` for the whole page."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _POINT = "PX,PY=X,Y: the plan's own coordinates, then metres"
 
 
 def _numbers(count: int, form: str) -> Callable[[str, str], list[float]]:
-    """Return what reads so many numbers with commas between them."""
+    """Return a function that reads ``count`` numbers separated by commas."""
 
     def read(text: str, name: str) -> list[float]:
         numbers = _found(text)
         if numbers is None or len(numbers) != count:
-            raise UsageError(f"{name} {text}: give {form}")
+            raise UsageError(f"{name} {text}: expected {form}")
         return numbers
 
     return read
@@ -56,7 +56,7 @@ def _area(text: str, name: str) -> list[float] | str:
 def _scale(text: str, name: str) -> float:
     one, _, number = text.partition(":")
     if one.strip() != "1" or not _NUMBER.fullmatch(number.strip()):
-        raise UsageError(f"{name} {text}: give 1:N as the drawing says, such as 1:100")
+        raise UsageError(f"{name} {text}: expected 1:N as printed on the drawing, such as 1:100")
     return float(number)
 
 
@@ -73,7 +73,7 @@ def _georeference(text: str, name: str) -> api.GeoreferencePart:
     numbers = _found(system.group(2) if system else text)
     if numbers is None or len(numbers) not in (2, 3):
         form = "EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING"
-        raise UsageError(f"{name} {text}: give {form}")
+        raise UsageError(f"{name} {text}: expected {form}")
     names = ("easting_m", "northing_m", "rotation_deg") if system else ("latitude_deg", "longitude_deg", "bearing_deg")
     values: dict[str, Any] = dict(zip(names, numbers, strict=False))
     if system:
@@ -82,7 +82,7 @@ def _georeference(text: str, name: str) -> api.GeoreferencePart:
 
 
 def _made(kind: type[Made], values: Mapping[str, Any], blamed: str = "") -> Made:
-    """Make a record; raises UsageError that blames an option for values that cannot be."""
+    """Make a record; raises UsageError that names the option for invalid values."""
     from pydantic import ValidationError
 
     try:
@@ -99,52 +99,54 @@ class InitOptions:
     """Arguments and options of ``vislam2tag site init``."""
 
     site: SiteFolder
-    plan: Path | None = option(None, "The floor's plan.")
-    floor: int | None = option(None, "The floor's number; 1 if not given.")
-    name: str = option("", "The floor's name.")
-    elevation_m: float | None = option(None, "Of the floor above the zero.", metavar="METRES", hidden=True)
+    plan: Path | None = option(None, "Plan of the floor.")
+    floor: int | None = option(None, "Number of the floor.  [default: 1]")
+    name: str = option("", "Name of the floor.")
+    elevation_m: float | None = option(None, "Height of the floor above the zero level.", metavar="METRES", hidden=True)
     building: str = option("", "Name of the building.")
-    width_m: float | None = option(None, "What the plan shows from left to right; alone will do.", metavar="METRES")
-    height_m: float | None = option(None, "What the plan shows from bottom to top.", metavar="METRES")
+    width_m: float | None = option(None, "Width of the area that the plan shows. Enough by itself.", metavar="METRES")
+    height_m: float | None = option(
+        None, "Height of the area that the plan shows, in plan direction y.", metavar="METRES"
+    )
     lower_left: list[float] | None = option(
         None,
-        "BCS coordinates of the plan's lower left corner; 0,0 if not given.",
+        "Building coordinates of the plan's lower left corner.  [default: 0,0]",
         metavar="X,Y",
         parse=_numbers(2, "X,Y in metres"),
     )
     point: tuple[dict[str, list[float]], ...] = option(
-        (), "A point in the plan's units and the BCS; give two.", metavar="PX,PY=X,Y", parse=_point
+        (), "A point in plan units and in building coordinates; pass two.", metavar="PX,PY=X,Y", parse=_point
     )
     distance: list[float] | None = option(
         None,
-        "Two points of the plan and how far they are apart.",
+        "Two points of the plan and their distance.",
         metavar="X,Y,X,Y,METRES",
         parse=_numbers(5, "X,Y,X,Y,METRES, the points in the plan's units"),
     )
     scale: float | None = option(
-        None, "Scale on paper, of a PDF, or an SVG in mm, cm, in, pt or pc.", metavar="1:N", parse=_scale
+        None, "Scale on paper of a PDF, or of an SVG in mm, cm, in, pt or pc.", metavar="1:N", parse=_scale
     )
     area: list[float] | str | None = option(
         None,
-        "Two corners of what the building is of a picture or page, in the plan's units; page: all of it.",
+        "Two corners of the building in the image or page, in plan units, or page for all of it.",
         metavar="X,Y,X,Y",
         parse=_area,
     )
-    stretch: bool = option(False, "Take width and height though the plan has another shape.", hidden=True)
+    stretch: bool = option(False, "Use width and height even if the plan has another shape.", hidden=True)
     click: Path | None = option(
-        None, "Write no site but an HTML page to click a known distance on, and open it.", metavar="FILE"
+        None, "Write no site but an HTML page where you click a known distance.", metavar="FILE"
     )
-    unit_m: float | None = option(None, "A unit of the file, whose axes are the BCS's.", metavar="METRES")
-    page: int | None = option(None, "Page of a PDF; 1 if not given.")
+    unit_m: float | None = option(
+        None, "Length of a unit of the file, if its axes are those of the building.", metavar="METRES"
+    )
+    page: int | None = option(None, "Page of a PDF.  [default: 1]")
     level: str | None = option(None, "Level of an IMDF archive: id, ordinal or short name.", hidden=True)
-    layer: tuple[str, ...] = option((), "Layer of a DXF that holds walls (* and ?); repeatable.")
-    others: str | None = option(
-        None, "Polygons that do not say their use: walkable or obstacle.", metavar="USE", hidden=True
-    )
+    layer: tuple[str, ...] = option((), "Layer of a DXF with walls (* and ? match); repeatable.")
+    others: str | None = option(None, "Use of polygons without one: walkable or obstacle.", metavar="USE", hidden=True)
     epsg: int | None = option(None, "Reference system of the plan's own coordinates.", hidden=True)
     georeference: Any = option(
         None,
-        "Of the site's origin: EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING.",
+        "Position of the origin: EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING.",
         metavar="PLACE",
         parse=_georeference,
     )
@@ -153,15 +155,16 @@ class InitOptions:
 
 @command
 def init_command(given: InitOptions) -> None:
-    """Begin a site, or add a floor to it: writes SITE/site.toml.
+    """Create a site or add a floor: writes SITE/site.toml.
 
-    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor's folder of the Indoor Location Competition 2.0;
-    it is copied into SITE. Its scale: the size of what it shows (--width-m, --height-m), two known points (--point,
-    twice), a known distance (--click writes a page to click it on), the scale on paper (--scale 1:100), or metres a
-    unit. DXF files with units, and GeoJSON and IMDF on a site with a georeference, need none. Of a page with a frame,
-    the drawing in it is taken (--area). Without --plan a survey in the published layout is described.
+    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor folder of the Indoor Location Competition 2.0.
+    It is copied into SITE. Specify its scale in one of these ways. Pass its size (--width-m, --height-m), two known
+    points (--point, twice), a known distance (--click writes a page to click it), the scale on paper (--scale 1:100),
+    or the length of a unit (--unit-m). A DXF file with units needs none, and neither do GeoJSON and IMDF files on a
+    site with a georeference. If a page has a frame, only the drawing inside it is used (--area). Without --plan, the
+    command describes an existing survey in the published layout.
 
-    Exit code: 0 all right, 2 wrong usage or unusable files, or nothing can be written, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
     \b
     Examples:
@@ -187,7 +190,7 @@ def init_command(given: InitOptions) -> None:
         api.site_init(given.site, new, given.building, given.georeference)
         summary = _before_landmarks(api.site_show(given.site))
         notes += [
-            f"floor {each.floor.number} is {each.floor.width_m:g} m wide: were its sizes in metres?"
+            f"floor {each.floor.number} is {each.floor.width_m:g} m wide; check that its sizes were in metres"
             for each in summary.floors
             if max(each.floor.width_m or 0.0, each.floor.height_m or 0.0) > _LARGEST_M
         ]
@@ -210,7 +213,7 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
     if is_competition_floor(plan):
         return competition_floor(plan, given.floor), []
     if plan.is_dir():
-        raise UsageError(f"--plan {plan}: is a folder; give the file of the floor's plan")
+        raise UsageError(f"--plan {plan}: is a folder; pass the plan's file")
     source = _source(given, plan)
     if given.click is not None:
         _measure(given, plan, source, given.click)
@@ -221,7 +224,7 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
 
 
 def _source(given: InitOptions, plan: Path) -> PlanSource:
-    """How a plan is read; raises UsageError where the options cannot be meant so."""
+    """How to read the plan; raises UsageError for options that contradict each other."""
     from vislam2tag.site.plans.source import PlanSource
 
     own = {name: getattr(given, name) for name in ("unit_m", "page", "level", "others", "epsg")}
@@ -237,18 +240,18 @@ def _source(given: InitOptions, plan: Path) -> PlanSource:
         values["scale"] = {"one_to": given.scale} | corner
     if given.point:
         if len(given.point) != 2:
-            raise UsageError(f"--point: given {len(given.point)} times; two known points are needed")
+            raise UsageError(f"--point: two known points are needed, but {len(given.point)} are given")
         values["points"] = given.point
     if given.distance is not None:
         x0, y0, x1, y1, metres = given.distance
         values["distance"] = {"from": (x0, y0), "to": (x1, y1), "metres": metres} | corner
     if corner and values.keys().isdisjoint(("extent", "scale", "distance")):
-        raise UsageError("--lower-left: goes with --width-m and --height-m, with --distance or with --scale")
+        raise UsageError("--lower-left: also pass --width-m and --height-m, --distance or --scale")
     return _made(PlanSource, values)
 
 
 def _before_landmarks(summary: api.SiteSummary) -> api.SiteSummary:
-    """Leave out that floors have no landmarks yet: to plan or measure them is the next step, which is told."""
+    """Remove findings about missing landmarks: planning them is the next step, which is printed."""
     from vislam2tag.site.landmark_file import LANDMARK_FILE
 
     kept = [one for one in summary.findings if one.kind != "missing_file" or Path(one.file).name != LANDMARK_FILE]
@@ -277,7 +280,7 @@ def _measure(given: InitOptions, plan: Path, source: PlanSource, page: Path) -> 
 
 
 def print_site(summary: api.SiteSummary) -> None:
-    """Print a site's floors and what is odd about them on standard output."""
+    """Print a site's floors and findings."""
     rows = []
     for each in summary.floors:
         floor = each.floor

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     """Cells of a table's row; None for a line between rows."""
 
 _PIPE_WIDTH = 140
-"""Columns where the output is no terminal, unless the environment's COLUMNS says how many."""
+"""Width if the output is not a terminal and COLUMNS is not set."""
 
 
 def print_table(
@@ -68,12 +68,12 @@ def red(text: str) -> Text:
 
 
 def metres(value: float | None) -> str:
-    """Write a length to the centimetre; a dash where it is not known."""
+    """A length to the centimetre, or a dash for None."""
     return "-" if value is None else f"{value:.2f} m"
 
 
 def or_dash(value: float | None, form: str) -> str:
-    """Write a number in a form such as ``{:.1f} m``; a dash where it is not known."""
+    """A number in a form such as ``{:.1f} m``, or a dash for None."""
     return "-" if value is None else form.format(value)
 
 
@@ -92,7 +92,7 @@ def print_findings(findings: Iterable[Finding]) -> None:
 
 
 def print_warnings(findings: Iterable[Finding]) -> None:
-    """Print those findings on standard error that want something done."""
+    """Print findings that need an action on standard error."""
     for finding in findings:
         if finding.severity != Severity.INFO:
             say(_finding_line(finding), err=True)
@@ -135,7 +135,7 @@ def _span(text: RenderableType, console: Console) -> Measurement:
 
 
 def _span_of(column: Column, console: Console) -> Measurement:
-    """The least and the most width that a column takes; a number stays in its line."""
+    """The smallest and largest useful width of a column. Numbers are not wrapped."""
     from rich.measure import Measurement
 
     head, cells = _span(column.header, console), [_span(cell, console) for cell in column.cells]

@@ -1,4 +1,4 @@
-"""All that commands print goes through here: text from files reaches the terminal as text that it does not obey.
+"""Output of all commands. Control characters in text from files are escaped.
 
 What compiled libraries write to standard error by themselves is kept apart from what a command prints.
 """
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
 
 
 _shown = {"progress": True}
-"""What the options of this command line ask for."""
+"""What the options of this command line request."""
 
 
 def hide_progress() -> None:
-    """Let consoles on standard error show no bars from now on, as where it is no terminal."""
+    """Hide progress bars from now on."""
     _shown["progress"] = False
 
 
 def progress_is_shown() -> bool:
-    """Whether nobody has asked for silence."""
+    """Whether progress is shown, that is without ``--quiet``."""
     return _shown["progress"]
 
 
@@ -59,14 +59,14 @@ def answer(result: object, as_json: bool, show: Callable[[], None], *, failed: b
 
 
 def _plain(value: Any) -> Any:
-    """What JSON has for an array or a number of NumPy; raises TypeError for what has no such form."""
+    """A NumPy array or number for JSON; raises TypeError for other values."""
     if not hasattr(value, "tolist"):
-        raise TypeError(f"{type(value).__name__} has no form in JSON")
+        raise TypeError(f"{type(value).__name__} cannot be written as JSON")
     return value.tolist()
 
 
 def print_line(what: str, style: str, text: str, console: Console | None = None) -> None:
-    """Print a line that begins with a word in a style of its own."""
+    """Print a line that begins with a styled word."""
     from rich.text import Text
 
     (console or visible_console()).print(Text(f"{what} ", style) + Text(text), soft_wrap=True)
@@ -75,7 +75,7 @@ def print_line(what: str, style: str, text: str, console: Console | None = None)
 def visible_console(
     *, stderr: bool = False, file: IO[str] | None = None, width: int | None = None, force_terminal: bool | None = None
 ) -> Console:
-    """Return Rich's console; only what Rich itself adds is obeyed by the terminal."""
+    """Rich's console, which escapes control characters in the printed text."""
     from rich.console import Console
 
     class Visible(Console):
@@ -94,10 +94,10 @@ _PANIC = b"panicked at"
 
 @contextlib.contextmanager
 def native_output_last() -> Iterator[None]:
-    """Hold back what libraries write to standard error, and print it where the block ends.
+    """Collect what libraries write to standard error, and print it at the end of the block.
 
-    Polars tells of damage that its own checks miss in a dozen lines before the command's one message: these are
-    dropped, with all that was held back. A crash that ends the process is still told, with where it was.
+    Polars reports damage that its checks miss with a dozen lines before our message. These are dropped. A crash that
+    ends the process is still printed, with its location.
     """
     with tempfile.TemporaryFile() as held, _ours_apart():
         shown = os.dup(_STANDARD_ERROR)
@@ -112,7 +112,7 @@ def native_output_last() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _ours_apart() -> Iterator[None]:
-    """Give Python's own standard error a handle of its own, where it shares the libraries'."""
+    """Give Python's standard error its own handle if it shares the libraries' one."""
     ours = sys.stderr
     if _handle(ours) != _STANDARD_ERROR:
         yield
@@ -129,7 +129,7 @@ def _ours_apart() -> Iterator[None]:
 
 
 def _handle(stream: object) -> int | None:
-    """A stream's number in the system; None for what is no stream of it."""
+    """File descriptor of a stream, or None."""
     try:
         return int(stream.fileno())  # type: ignore[attr-defined]
     except (AttributeError, OSError, ValueError):

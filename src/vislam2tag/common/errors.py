@@ -62,6 +62,7 @@ _EXTRAS = {
     "hdf5": ("h5py",),
     "mcap": ("google", "mcap", "mcap_protobuf"),
     "fleet": ("dask", "distributed", "obstore"),
+    "docs": ("vislam2tag_docs",),
     "models": ("onnx", "onnxscript", "torch"),
 }
 """By extra (pyproject.toml), the packages whose lack names it; segno is in ``prepare``, too."""

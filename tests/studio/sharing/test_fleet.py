@@ -92,8 +92,8 @@ def test_only_surveys_that_are_named_are_told_and_a_wrong_name_is_one_message(tm
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("fleet",), "is a fleet; give --export DIR and neither --labels nor --compare, or open one of its surveys"),
-        (("fleet", "--export", "page", "--labels", "x"), "is a fleet; give --export DIR and neither"),
+        (("fleet",), "is a fleet; pass --export DIR without --labels and --compare, or open one of its surveys"),
+        (("fleet", "--export", "page", "--labels", "x"), "is a fleet; pass --export DIR without"),
         (("survey", "--export", "page", "--survey", "x"), "--survey: survey is no fleet; leave the option out"),
     ],
 )

@@ -1,0 +1,1 @@
+"""The site in ``site/``; ``vislam2tag docs`` opens it."""
