@@ -20,6 +20,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import TypedDict
 
@@ -29,6 +30,8 @@ from vislam2tag.common.commit import commit_of_checkout
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "benchmarks" / "results"
 NUMBER = re.compile(r"(?<![\w.-])[+-]?\d+(?:\.\d+)?(?![\w.]*\d| ?%:)")
+MAX_NUMBERS = 8
+"""Of a cell: a cell with more is a list."""
 PLACE = re.compile(r"\{([a-z0-9-]+)(?:: ([^{}]+))?\}")
 
 
@@ -104,7 +107,7 @@ def _in_table(table: list[list[str]]) -> Iterator[tuple[str, str]]:
     heads = [head if count == 1 else f"{head} {count}" for head, count in zip(columns, seen, strict=True)]
     for row in rows:
         for head, cell in zip(heads[names:], row[names:], strict=False):
-            for at, number in enumerate(NUMBER.finditer(cell), 1):
+            for at, number in enumerate(islice(NUMBER.finditer(cell), MAX_NUMBERS), 1):
                 yield " / ".join((*row[:names], head if at == 1 else f"{head} ({at})")), number[0]
 
 
