@@ -13,7 +13,7 @@ BIN := $(VENV)/bin
 TESTS ?=
 
 .PHONY: demo test test-all azurite campaign lint types examples benchmark studio check-page android docs docs-pages docs-serve
-.PHONY: dist release lock clean
+.PHONY: stale dist release lock clean
 
 demo: $(VENV)/.base
 	$(BIN)/vislam2tag demo demo-out
@@ -29,7 +29,7 @@ test-all: $(VENV)/.torch azurite
 azurite:
 	$(PYTHON) -m tests.azurite
 
-# Hundreds of runs, outside CI: goes on where it was stopped. docs/results/how-good.md and docs/results/how-good.md hold results with date and commit.
+# Hundreds of runs, outside CI: goes on where it was stopped. docs/results/how-good.md shows the last results.
 campaign: $(VENV)/.torch
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m campaign --passed=campaign.jsonl
 	$(BIN)/python benchmarks/fuzz_campaign.py
@@ -69,6 +69,11 @@ docs-pages: $(VENV)/.installed
 docs-serve: $(VENV)/.installed
 	$(BIN)/zensical serve
 
+# Results in benchmarks/results whose code changed after they were measured; `make release` fails if there are any.
+# `.venv/bin/python -m tests.docs.figures NAME` measures one again.
+stale: $(VENV)/.installed
+	-@$(BIN)/python -m tests.docs.figures --stale
+
 # The phone app: fetches pinned inputs, builds, tests, signs and verifies it (docs/how-to/phone-app.md).
 android:
 	android/fetch.sh
@@ -101,8 +106,11 @@ $(INSTALLS): dist
 	echo "$$(basename "$$file") installs and runs: $$(venv/bin/vislam2tag --version)"
 
 # All that a release has, in dist/ with SHA256SUMS: wheel, source distribution, this site, and the app, signed with this
-# machine's debug key, if the machine has its tools (`make android` installs them on Debian 12, as root).
+# machine's debug key, if the machine has its tools (`make android` installs them on Debian 12, as root). Fails if figures
+# are stale; CI, which is no release, makes it with STALE=list.
+STALE ?= fail
 release: dist docs $(INSTALLS)
+	$(BIN)/python -m tests.docs.figures --stale || [ "$(STALE)" = list ]
 	@set -e; version=$$($(BIN)/python -m hatchling version); cd site; \
 	$(PYTHON) -m zipfile -c "../dist/vislam2tag-$$version-docs.zip" .
 	@if [ -z "$$(android/fetch.sh missing)" ]; then $(MAKE) $(APP_IS_BUILT) && cp android/out/vislam2tag-debug.apk dist/; \

@@ -12,7 +12,7 @@ walks have taps.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -57,13 +57,18 @@ Guess = Callable[[Walk, BoolArray], tuple[FloatArray, FloatArray | None]]
 
 def main() -> None:
     """Print the table of a floor."""
-    folder = Path(sys.argv[1])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--cross-validate", action="store_true")
+    parser.add_argument("--carried", action="store_true")
+    options = parser.parse_args()
+    folder: Path = options.folder
     walks, reading = read_walks(folder)
     area = drawn_area(next(floor for floor in read_site(folder.parent)[0].floors if floor.name == folder.name))
-    if "--carried" in sys.argv:
+    if options.carried:
         carried_table(walks, area)
         return
-    models = cross_validated(walks) if "--cross-validate" in sys.argv else [speed_model()] * len(walks)
+    models = cross_validated(walks) if options.cross_validate else [speed_model()] * len(walks)
     own = {id(walk): model for walk, model in zip(walks, models, strict=True)}
     steps = {id(walk): step_path(walk.log, walk.taps) for walk in walks}
     ways: dict[str, Guess] = {
@@ -77,8 +82,8 @@ def main() -> None:
         walk.sensed.path(walk.taps, own[id(walk)], SETTINGS, area)
     solving = (time.process_time() - start) / len(walks)
     print(
-        f"{len(walks)} walks; processor time of one: {reading:.2f} s from its file to its features, {solving:.2f} s to "
-        f"its path, together {(reading + solving) / counting_s():.2f} times that of counting to ten million"
+        f"Walks: {len(walks)}; processor time of one: {reading:.2f} s from its file to its features, {solving:.2f} s "
+        f"to its path, together {(reading + solving) / counting_s():.2f} times that of counting to ten million"
     )
     print("| way | " + " | ".join(COLUMNS) + " |")
     for name, guess in ways.items():

@@ -82,11 +82,13 @@ def main() -> None:
         _print_accuracy([row for row in rows if row.max_sigma_m == limit], options.severity)
     _print_gains([gain for part in parts for gain in part[1]], options.severity)
     print("\n## Real walks, labels at the true points\n")
+    print("| walk | true | stated | estimated | interval | landmarks |")
+    print("| --- | --- | --- | --- | --- | --- |")
     real = [row for walk in real_walks() for row in _rows("real", walk) if row.max_sigma_m == LIMITS_M[-1]]
     for row in real:
         print(
-            f"{row.walk}: true {row.true_m:.3f}, stated {row.stated_m:.3f}, estimated {row.estimated_m:.3f} m "
-            f"({row.low_m:.3f} to {row.high_m:.3f}; {row.checked} landmarks)"
+            f"| {row.walk} | {row.true_m:.3f} m | {row.stated_m:.3f} m | {row.estimated_m:.3f} m | "
+            f"{row.low_m:.3f} to {row.high_m:.3f} m | {row.checked} |"
         )
     if options.csv:
         _write(options.csv, [*rows, *real])
@@ -177,7 +179,7 @@ def _print_accuracy(rows: Sequence[Row], groups: Iterable[str]) -> None:
         for name in ("stated", "solved_again", "estimated"):
             print(_line(group, part, name))
     inside = np.mean([row.low_m <= row.true_m <= row.high_m for row in rows])
-    print(f"\nThe 90 % interval holds for {inside:.0%} of the walks.")
+    print(f"\n| interval | contains the true error of |\n| --- | --- |\n| 90 % | {inside:.0%} |")
 
 
 def _line(group: str, rows: Sequence[Row], name: str) -> str:

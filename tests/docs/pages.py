@@ -1,20 +1,24 @@
-"""Pages of the documentation that are made of the program: `make docs-pages` writes them, a test compares."""
+"""Pages made of the program and of measured figures: `make docs-pages` writes them, a test compares."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
+from tests.docs.figures import filled
 from tests.docs.finding_pages import findings_page
 from tests.docs.program_pages import api_page, commands_page
 from tests.docs.settings_page import settings_page
 from tests.docs.tutorial_pages import tutorial_page
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = {
+PAGES: dict[str, Callable[[], str]] = {
     "reference/api.md": api_page,
     "reference/commands.md": commands_page,
     "reference/findings.md": findings_page,
     "reference/settings.md": settings_page,
+    "results/agreement.md": lambda: filled("agreement"),
+    "results/how-good.md": lambda: filled("how-good"),
 }
 
 TUTORIALS = ("first_steps", "own_walk", "trained_model")

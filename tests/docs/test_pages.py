@@ -86,17 +86,6 @@ def test_every_status_has_a_cause_and_a_cure() -> None:
         assert "**What to do**" in section.split("\n## ")[0], label
 
 
-MADE_BY = re.compile(r"^\*Made by `[^`]+`; .*\b20\d\d-\d\d-\d\d\b.* Data needed: .+\*$", re.MULTILINE)
-
-
-def test_every_page_of_results_says_what_made_it_when_and_of_what() -> None:
-    for page in (DOCS / "results").glob("*.md"):
-        said = re.search(
-            r"^\*Made by `[^`]+`; .*\b20\d\d-\d\d-\d\d\b.* Data needed: .+\*$", page.read_text(encoding="utf-8"), re.M
-        )
-        assert said or page.stem == "index", page.name
-
-
 def test_versions_that_are_cited_are_that_of_the_program() -> None:
     cited = yaml.safe_load((DOCS.parent / "CITATION.cff").read_text(encoding="utf-8"))
     assert cited["version"] == vislam2tag.__version__
