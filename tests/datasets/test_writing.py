@@ -87,17 +87,21 @@ def test_the_documentation_says_the_same() -> None:
 def held_table(
     formats: Mapping[str, object], schemas: Mapping[str, Mapping[str, object]], tables: tuple[str, ...]
 ) -> str:
-    """The table of formats by fields, as Markdown; columns that no format or every format holds share a row."""
-    lines = [f"| | {' | '.join(formats)} |", f"| --- |{' :-: |' * len(formats)}"]
+    """The table of columns and the formats that have them, as Markdown; columns of the same formats share a row."""
+    lines = ["| table | columns | formats |", "| --- | --- | --- |"]
     for table in tables:
-        columns = OF_SET if table == writing.SET else schemas[table]
+        columns = [
+            column
+            for column in (OF_SET if table == writing.SET else schemas[table])
+            if column not in writing.DERIVED.get(table, frozenset())
+        ]
         rows: dict[str, list[str]] = {}
         for column in columns:
-            if column not in writing.DERIVED.get(table, frozenset()):
-                held = " | ".join("x" if column in _held(name, table) else "" for name in formats)
-                rows.setdefault(held, []).append(column)
-        lines.append(f"| **{table}** |{' |' * len(formats)}")
-        lines += [f"| {', '.join(f'`{column}`' for column in columns)} | {held} |" for held, columns in rows.items()]
+            having = [name for name in formats if column in _held(name, table)]
+            rows.setdefault("all" if len(having) == len(formats) else ", ".join(having) or "none", []).append(column)
+        for at, (having, named) in enumerate(rows.items()):
+            listed = "all" if len(rows) == 1 else ", ".join(f"`{column}`" for column in named)
+            lines.append(f"| {table if at == 0 else ''} | {listed} | {having} |")
     return "\n".join(lines) + "\n"
 
 
