@@ -93,7 +93,7 @@ def test_the_site_is_written_whole_and_other_positions_only_if_asked(site: Path)
     name, east, north, height = moved[row].split(";")
     moved[row] = ";".join((name, f"{float(east.replace(',', '.')) + 0.5:.3f}".replace(".", ","), north, height))
     (site.parent / "S1.txt").write_text("\n".join(moved))
-    assert "of landmark 7 (floor_1/marker_dict.csv:3); give --replace" in the_error_after(site, "--write")
+    assert "of landmark 7 (floor_1/marker_dict.csv:3); pass --replace" in the_error_after(site, "--write")
     assert vislam2tag(*arguments(site, "--write", "--replace")).returncode == 0
     after = read_site(site)[0].landmarks.on_floor(1)
     off = np.linalg.norm(after.position_bcs - landmarks.position_bcs, axis=1)

@@ -154,7 +154,7 @@ def test_an_svg_in_the_buildings_own_size_needs_no_scale(tmp_path: Path) -> None
 def test_pixels_of_an_svg_are_no_size_on_paper(tmp_path: Path) -> None:
     plan = drawn_floor.svg(tmp_path, 'width="800px" height="400"')
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--scale", "1:100")
-    assert "tells no size on paper" in the_error(done)
+    assert "has no size on paper" in the_error(done)
     init(tmp_path / "site", plan, "--height-m", "10")
     assert read_site(tmp_path / "site")[0].floor(1).extent_m == pytest.approx((0, 20, 0, 10))
 
@@ -234,7 +234,7 @@ def test_options_that_cannot_be(tmp_path: Path, options: tuple[str, ...], messag
 def test_plans_that_cannot_be(tmp_path: Path) -> None:
     size = ("--width-m", "20")
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", tmp_path / "gone.png", *size)
-    assert "gone.png: the plan is not there" in the_error(done)
+    assert "gone.png: the plan does not exist" in the_error(done)
     plan = drawn_floor.png(tmp_path)
     assert vislam2tag("site", "init", tmp_path / "site", "--plan", plan, *size).returncode == 0
     assert "--floor 7: the site does not have this floor; its floors are: 1" in the_error(
