@@ -103,7 +103,7 @@ def test_another_convention_is_named(change: Poses, name: str, with_imu: bool) -
 def test_quaternions_in_another_order_are_named_by_the_imu() -> None:
     poses = walked()
     (finding,) = findings(np.column_stack((poses[:, :3], poses[:, (6, 3, 4, 5)])), measured(poses))
-    assert "quaternions begin with their real part w" in finding.message
+    assert "quaternions begin with the real part w" in finding.message
 
 
 def test_a_staircase_has_no_finding() -> None:

@@ -132,7 +132,7 @@ def test_a_damaged_model_is_one_message_or_answers(name: str, tmp_path: Path) ->
 def test_metadata_of_any_form_is_one_message(metadata: str, tmp_path: Path) -> None:
     path = tmp_path / "model.v2t"
     save_file({"xy": np.zeros((3, 2))}, path, {KEY: metadata})
-    with pytest.raises(ModelError, match=r"model\.v2t: is damaged \("):
+    with pytest.raises(ModelError, match=r"model\.v2t: the file is damaged \("):
         load_model(path)
 
 

@@ -119,6 +119,7 @@ def _opened(stack: ExitStack, opener: _Opener | None, command: str, value: Any) 
         return value
     if opener is None:
         raise UsageError(
-            f"{address}: `vislam2tag {command}` takes no address there; copy it to this machine (docs/how-to/many-surveys.md)"
+            f"{address}: `vislam2tag {command}` takes no address there; copy it to this machine "
+            "(docs/how-to/many-surveys.md)"
         )
     return stack.enter_context(opener(value))

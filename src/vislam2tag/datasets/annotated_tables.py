@@ -212,8 +212,8 @@ class PrivateLabels:
     def findings(self) -> tuple[Finding, ...]:
         """How much is left out."""
         message = (
-            f"readings of {len(self.unwanted)} networks are left out: their names end in _nomap, by which owners ask "
-            "to be in no map"
+            f"readings of {len(self.unwanted)} networks are skipped, because their names end in _nomap: their owners "
+            "ask not to be mapped"
         )
         return finding_if(self.readings, NOMAP_LEFT_OUT, message)
 

@@ -25,12 +25,12 @@ NOT_STATED = "not stated"
 LABELS = "process"
 """Kind of a source that this program labelled."""
 _ABOUT = {
-    "fingerprints": "one row a scan (or window of time): where it was taken and how sure that is",
+    "fingerprints": "one row for each scan (or time window), with its position and standard deviation",
     "readings": "one row for each transmitter heard in a scan",
-    "access_points": "one row a transmitter",
-    "sessions": "one row a walk",
-    "magnetic": "one row a window of the magnetometer's readings",
-    "imu_windows": "windows of accelerometer and gyroscope with the way walked meanwhile",
+    "access_points": "one row for each transmitter",
+    "sessions": "one row for each walk",
+    "magnetic": "one row for each window of magnetometer readings",
+    "imu_windows": "windows of accelerometer and gyroscope readings, with the displacement",
 }
 _KINDS: Mapping[str, str] = {
     "String": "text",

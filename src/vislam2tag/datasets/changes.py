@@ -353,13 +353,16 @@ def _findings(one: TechnologyChanges) -> tuple[Finding, ...]:
     compared = len(one.changed) + one.access_points.get(UNCHANGED, 0)
     if not compared:
         count = sum(one.places.values())
-        message = f"{one.technology}: the surveys share no place, or heard too little there: what changed is unknown"
+        message = (
+            f"{one.technology}: the surveys have no place in common, or too few readings there, so changes cannot be "
+            "detected"
+        )
         return (Finding(kind=NOTHING_COMPARED, file="", count=count, message=message),)
     if 2 * len(one.changed) <= compared:
         return ()
     message = (
-        f"{one.technology}: of {compared} access points {len(one.changed)} changed; is the later survey of the same "
-        "building, and are its floors numbered and measured in the same way?"
+        f"{one.technology}: {len(one.changed)} of {compared} access points changed. Check that the later survey is of "
+        "the same building, with the same floor numbers and coordinates"
     )
     return (Finding(kind=MOST_CHANGED, file="", count=len(one.changed), message=message),)
 

@@ -203,7 +203,7 @@ def comparable(folder: Path) -> ComparedFolder:
     if annotated:
         return ComparedFolder(ANNOTATED, annotated)
     raise UsageError(
-        f"{folder}: holds nothing to compare; give data sets, outputs of `vislam2tag process`, or folders with "
+        f"{folder}: contains nothing to compare; pass data sets, outputs of `vislam2tag process`, or folders with "
         f"{' or '.join(ANNOTATED_FILES)} in their sessions"
     )
 
@@ -303,8 +303,8 @@ def _comparison(first: Path, second: Path, tolerance: float, progress: Progress[
     one, other = comparable(first), comparable(second)
     if one.kind != other.kind:
         raise UsageError(
-            f"{first} is of the kind {one.kind}, {second} of the kind {other.kind}: only the same can be compared; "
-            "make data sets or an export of both"
+            f"{first} contains {one.kind}, but {second} contains {other.kind}; only folders of one kind can be "
+            "compared. Make data sets or an export of both"
         )
     missing, extra = sorted(one.sessions - other.sessions), sorted(other.sessions - one.sessions)
     compared = sorted(key for key in {*one.tables, *other.tables} if key[0] not in {*missing, *extra})

@@ -56,14 +56,14 @@ def _licence(text: str) -> str:
         return str(canonicalize_license_expression(text))
     except InvalidLicenseExpression as error:
         raise ValueError(
-            f"'{text}' is no SPDX licence identifier such as CC-BY-4.0, CC0-1.0, ODbL-1.0 or LicenseRef-ours"
+            f"'{text}' is not an SPDX licence identifier such as CC-BY-4.0, CC0-1.0, ODbL-1.0 or LicenseRef-ours"
         ) from error
 
 
 def _doi(text: str) -> str:
     bare = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:)", "", text, flags=re.IGNORECASE)
     if not _DOI.fullmatch(bare):
-        raise ValueError(f"'{text}' is no DOI such as 10.5281/zenodo.1234567")
+        raise ValueError(f"'{text}' is not a DOI such as 10.5281/zenodo.1234567")
     return bare
 
 
@@ -75,7 +75,7 @@ def _orcid(text: str) -> str:
         total = (total + (int(digit) if digit.isdigit() else 0)) * 2
     last = "0123456789X"[(12 - total % 11) % 11]
     if not _ORCID.fullmatch(bare) or bare[-1] != last:
-        raise ValueError(f"'{text}' is no ORCID such as 0000-0002-1825-0097 (or a digit is wrong)")
+        raise ValueError(f"'{text}' is not an ORCID such as 0000-0002-1825-0097 (check the digits)")
     return bare
 
 
@@ -91,7 +91,7 @@ def _related(text: str) -> str:
     try:
         return _doi(text)
     except ValueError:
-        raise ValueError(f"'{text}' is no DOI, arXiv:number or URL") from None
+        raise ValueError(f"'{text}' is not a DOI, arXiv:number or URL") from None
 
 
 NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
@@ -168,10 +168,10 @@ def read_description(path: Path) -> Description:
         values = read_toml_values(path)
     except OSError as error:
         raise DatasetError(
-            f"{path}: cannot be read ({error.strerror}); each data set's folder holds a {DESCRIPTION_FILE} to fill in"
+            f"{path}: cannot be read ({error.strerror}); fill in the {DESCRIPTION_FILE} in the data set's folder"
         ) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DatasetError(f"{path}: is no TOML file ({error}); correct it") from error
+        raise DatasetError(f"{path}: not a valid TOML file ({error}); correct it") from error
     try:
         return Description.model_validate(values)
     except ValidationError as error:
@@ -195,7 +195,9 @@ def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]
         key = (part.building, part.number)
         if key not in found:
             there = ", ".join(f"{building} {number}".strip() for building, number in found)
-            raise DatasetError(f"{DESCRIPTION_FILE}: floors: the set has no floor {part.number}; there are: {there}")
+            raise DatasetError(
+                f"{DESCRIPTION_FILE}: floors: the data set has no floor {part.number}; its floors: {there}"
+            )
         place = Georeference(**part.model_dump(exclude={"number", "building"}))
         found[key] = found[key].model_copy(update={"georeference": place})
     return tuple(found.values())
@@ -209,22 +211,22 @@ def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
 
 _TEMPLATE = (
     ("title", "", "A data set of Wi-Fi fingerprints of our building"),
-    ("description", "what it is, where and how it was recorded, what it is good for", "Recorded by ..."),
+    ("description", "contents, place and way of recording, intended use", "Recorded by ..."),
     ("licence", "SPDX identifier", "CC-BY-4.0"),
     ("keywords", "", ("indoor positioning", "Wi-Fi fingerprints")),
     ("version", "", "1.0.0"),
     ("published", "a date without quotation marks", dt.date(2026, 3, 1)),
     ("publisher", "the repository, such as Zenodo", "Zenodo"),
-    ("doi", "where the repository has reserved one", "10.5281/zenodo.1234567"),
+    ("doi", "if the repository has reserved one", "10.5281/zenodo.1234567"),
     ("contact", "e-mail address or URL", "maps@example.org"),
 )
 _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     (
         "creators",
-        "one block a person, Family, Given; or an organisation, without comma",
+        "one block for each person (Family, Given) or organisation (without a comma)",
         {"name": "Carberry, Josiah", "affiliation": "Brown University", "orcid": "0000-0002-1825-0097"},
     ),
-    ("funding", "one block a grant", {"funder": "A foundation", "award": "12345"}),
+    ("funding", "one block for each grant", {"funder": "A foundation", "award": "12345"}),
     (
         "related",
         f"DOI, arXiv:number or URL; relation: {', '.join(get_args(DataCiteRelation))}",
@@ -232,8 +234,8 @@ _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     ),
     (
         "floors",
-        "one block a floor: where its plan's lower left corner lies (WGS84), where up on the plan points, clockwise "
-        "from true north; building where there are several",
+        "one block for each floor: position of the plan's lower left corner (WGS84), direction of up on the plan "
+        "(clockwise from true north), building if there are several",
         {"number": 1, "latitude_deg": 50.7796, "longitude_deg": 6.0685, "bearing_deg": 0.0},
     ),
 )
@@ -242,8 +244,8 @@ _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
 def description_text(info: DatasetInfo) -> str:
     """Write a ``dataset.toml`` of what the manifest knows; what it does not know is a comment to fill in."""
     lines = [
-        "# What only people know of this data set. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
-        "# Everything may be left out; a line that begins with # says nothing.",
+        "# Facts about the data set that only you know. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
+        "# All fields are optional. Lines that begin with # are comments.",
         "",
     ]
     for name, comment, example in _TEMPLATE:
@@ -278,5 +280,5 @@ def _wrong_field(error: ValidationError) -> str:
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":
         known = Description if len(wrong["loc"]) == 1 else _PARTS[str(wrong["loc"][0])]
-        return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"
+        return f"{place}: no such field in a data set's description; fields are: {', '.join(known.model_fields)}"
     return f"{place}: {wrong['msg'].removeprefix('Value error, ')}"

@@ -204,9 +204,9 @@ class FingerprintTables:
                 role = _group(match, "role", LEVELS)
                 if role in files:
                     raise DatasetError(
-                        f"{path}: holds both {files[role].name} and {file.name}; expected one of each"
+                        f"{path}: contains both {files[role].name} and {file.name}; expected one of each"
                         if files[role].name != file.name
-                        else f"{path}: holds {file.name} twice; give the folder of one set"
+                        else f"{path}: contains {file.name} twice; pass the folder of one data set"
                     )
                 files[role] = file
         if not walks:
@@ -226,7 +226,7 @@ class FingerprintTables:
         for name in self.needed:
             empty = table.rows[name].is_null()
             if empty.all() and self.gaps_allowed:
-                raise DatasetError(f"{file}: has no column {name} with numbers; expected {', '.join(self.needed)}")
+                raise DatasetError(f"{file}: no column {name} with numbers; expected {', '.join(self.needed)}")
             if empty.any() and not self.gaps_allowed:
                 line = (empty.arg_max() or 0) + 2
                 raise DatasetError(f"{file}: line {line} has no {name}; expected the columns {', '.join(self.columns)}")
@@ -239,9 +239,7 @@ class FingerprintTables:
             file = each.files.get(role)
             part = _lines_or_columns(file, columns) if file else pl.DataFrame(schema=dict(columns)).clear(rows.height)
             if part.height != rows.height:
-                raise DatasetError(
-                    f"{file}: has {part.height} lines, expected {rows.height}, one for each line of levels"
-                )
+                raise DatasetError(f"{file}: {part.height} lines, expected {rows.height}: one for each line of levels")
             parts.append(part)
         place = {FILE: each.files[LEVELS].stem, FOLDER: each.folder, WALK: each.walk}
         return pl.concat(parts, how="horizontal").with_columns(**{name: pl.lit(text) for name, text in place.items()})

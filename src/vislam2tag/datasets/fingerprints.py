@@ -246,8 +246,8 @@ def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Fin
     """Leave out what is no reading of its own, and say how much that is."""
     repeated = rows["status"] == "duplicate"
     mute = ~repeated & rows["rssi_dbm"].is_null()
-    again = f"{technology}: readings that an earlier row gave already (same transmitter and time) are left out"
-    none = f"{technology}: readings whose level is no measurement are left out"
+    again = f"{technology}: repeated readings (same transmitter and time) are skipped"
+    none = f"{technology}: readings without a measured level are skipped"
     findings = (
         *finding_if(int(repeated.sum()), "repeated_readings", again),
         *finding_if(int(mute.sum()), "readings_without_level", none),
@@ -327,10 +327,11 @@ def _names(heard: pl.DataFrame, technology: str) -> pl.DataFrame:
 def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> tuple[Finding, ...]:
     """Count scans without label, by cause, and cached results."""
     cached = (
-        f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
-        "keep their own position and do not pull the scan's"
+        f"readings are more than {scan_length_s:g} s older than the newest of their scan. They are cached results: "
+        "each "
+        "keeps its own position, and they do not affect the position of the scan"
     )
-    unlabelled = "fingerprints have no position; their status is the cause"
+    unlabelled = "fingerprints have no position; their status gives the reason"
     return (
         *finding_if(int((~grouped["current"]).sum()), "cached_readings", cached),
         *finding_if(int((~table["placed"]).sum()), "unlabelled_fingerprints", unlabelled),

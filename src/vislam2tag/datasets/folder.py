@@ -35,7 +35,7 @@ from vislam2tag.site.links import CURE, outside_link
 
 FILE = f"{READINGS}.parquet"
 """The file of findings about readings that are left out when a data set is opened."""
-_DONE = "these readings are left out; make the data set again to be rid of them"
+_DONE = "these readings are skipped; make the data set again to remove them"
 
 
 def with_rules(dataset: Dataset) -> Dataset:
@@ -107,10 +107,10 @@ def open_dataset(folder: AnyPath) -> Dataset:
     tables = {name: _table(folder, name, account) for name, account in info.tables.items()}
     missing = [name for name in REQUIRED if name not in tables]
     if missing:
-        raise DatasetError(f"{folder / MANIFEST}: names no table {', '.join(missing)}; make the data set again")
+        raise DatasetError(f"{folder / MANIFEST}: the table {', '.join(missing)} is missing; make the data set again")
     for floor in info.floors:
         if floor.plan and (PurePosixPath(floor.plan).is_absolute() or ".." in PurePosixPath(floor.plan).parts):
-            raise DatasetError(f"{folder / MANIFEST}: the plan {floor.plan} lies outside the data set")
+            raise DatasetError(f"{folder / MANIFEST}: the plan {floor.plan} is outside the data set")
     plans = {floor.plan: folder / floor.plan for floor in info.floors if floor.plan and (folder / floor.plan).is_file()}
     splits = {name: _split(folder, name, account) for name, account in info.splits.items()}
     return with_rules(Dataset(info, tables, splits, plans))
@@ -127,7 +127,7 @@ def open_dataset_to_share(folder: AnyPath, *, follow_links: bool = False) -> Dat
     files += [f"{SPLITS}/{name}.{kind}" for name in dataset.splits for kind in ("json", "parquet")]
     links = [] if follow_links else sorted({link for name in files if (link := outside_link(folder, folder / name))})
     if links:
-        raise DatasetError(f"{folder}: links lead to files outside the data set: {', '.join(links)}; {CURE}")
+        raise DatasetError(f"{folder}: these links point to files outside the data set: {', '.join(links)}; {CURE}")
     return dataset
 
 
@@ -174,10 +174,13 @@ def refuse_unless_replaced(folder: Path, maker: str | None, replace: bool) -> No
     """Raise OutputError for a folder that another command wrote, without ``--replace`` or with a survey in it."""
     if not replace:
         raise OutputError(
-            f"{folder}: holds what `{maker}` wrote; give --replace to replace the whole folder, or choose another --out"
+            f"{folder}: contains the output of `{maker}`; pass --replace to replace the whole folder, or choose "
+            "another --out"
         )
     if any(folder.glob("floor_*/")):
-        raise OutputError(f"{folder}: holds folders of a survey's floors, which stay as they are; choose another --out")
+        raise OutputError(
+            f"{folder}: contains the floor folders of a survey, which are never replaced; choose another --out"
+        )
 
 
 @dataclass(frozen=True)
@@ -295,8 +298,8 @@ def _refuse_altered(path: Path, account: TableAccount) -> None:
     """Raise DatasetError where a file is not what the manifest says; OSError where it cannot be read."""
     if _kept_sha256(path) != account.sha256:
         raise DatasetError(
-            f"{path}: is damaged, or was changed after the data set was made (its SHA-256 is not that of {MANIFEST}); "
-            "copy it again, or make the data set again"
+            f"{path}: the file is damaged, or was changed after the data set was made (its SHA-256 differs from "
+            f"{MANIFEST}); copy it again, or make the data set again"
         )
 
 
@@ -318,25 +321,26 @@ def _manifest(folder: Path) -> DatasetInfo:
         text = read_bytes(path)
     except OSError as error:
         raise DatasetError(
-            f"{folder}: is no data set (no {MANIFEST} that can be read: {error.strerror}); give a folder that "
+            f"{folder}: not a data set ({MANIFEST} cannot be read: {error.strerror}); pass a folder that "
             "`vislam2tag dataset` or `vislam2tag import` wrote"
         ) from error
     try:
         version = int(json.loads(text)["format_version"])
         if version > FORMAT_VERSION:
             raise DatasetError(
-                f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update"
+                f"{path}: the data set has format version {version}, but this program reads up to {FORMAT_VERSION}; "
+                "update vislam2tag"
             )
         return DatasetInfo.model_validate_json(text)
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError, ValidationError) as error:
-        raise DatasetError(f"{path}: is damaged ({first_line(error)}); make the data set again") from error
+        raise DatasetError(f"{path}: the file is damaged ({first_line(error)}); make the data set again") from error
 
 
 def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
     path = folder / f"{name}.parquet"
     expected = SCHEMAS.get(name)
     if expected is None:
-        raise DatasetError(f"{folder / MANIFEST}: names an unknown table {name}; update this program")
+        raise DatasetError(f"{folder / MANIFEST}: unknown table {name}; update vislam2tag")
     try:
         _refuse_altered(path, account)
         table = scan_parquet(path)
@@ -360,7 +364,7 @@ def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
     if far:
         raise DatasetError(
-            f"{path}: holds places beyond {_GREATEST_M:g} m, or of no number; correct what it is made of"
+            f"{path}: contains positions beyond {_GREATEST_M:g} m, or that are not finite; correct the source files"
         )
 
 

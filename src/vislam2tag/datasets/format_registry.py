@@ -133,7 +133,7 @@ def export_named(name: str) -> ExportFormat:
 
 def _named(formats: Mapping[str, _Format], name: str, done: str) -> _Format:
     if name not in formats:
-        raise UsageError(f"no format called '{name}' can be {done}; there are: {', '.join(formats)}")
+        raise UsageError(f"no format '{name}' can be {done}; formats are: {', '.join(formats)}")
     return formats[name]
 
 
@@ -153,17 +153,17 @@ def import_format_of(path: Path) -> ImportFormat:
     if not found and len(archives) > 1:
         names = ", ".join((*archives[:_NAMED], "...") if len(archives) > _NAMED else archives)
         raise DatasetError(
-            f"{path}: holds {len(archives)} archives ({names}); give one of them, or unpack those that belong together "
-            "below one folder and give that"
+            f"{path}: the folder contains {len(archives)} archives ({names}); pass one of them, or unpack those that "
+            "belong together into one folder and pass that"
         )
-    said = f"may be {' or '.join(found)}" if found else f"is none of the formats known ({', '.join(formats)})"
-    raise DatasetError(f"{path}: {said}; {_instead(path) or 'say which by --format'}")
+    said = f"the format may be {' or '.join(found)}" if found else f"not in a known format ({', '.join(formats)})"
+    raise DatasetError(f"{path}: {said}; {_instead(path) or 'name the format with --format'}")
 
 
 def _instead(path: Path) -> str:
     """What a folder of ours is that needs no import."""
     if (path / "dataset.json").is_file():
-        return "it is a data set of ours already, which every command takes as it is"
+        return "it is already a data set of this program and needs no import"
     if any(path.glob("floor_*/*/*/")):
-        return "it is a survey: `vislam2tag dataset` makes a data set of it"
+        return "it is a survey; `vislam2tag dataset` makes a data set from it"
     return ""

@@ -34,14 +34,14 @@ from vislam2tag.datasets.settings import SplitKind
 
 SAME_SESSIONS: FindingKind = "sessions_in_both"
 SPLITS_LEFT_OUT: FindingKind = "splits_left_out"
-_SAME = "sessions that base and later survey both hold, with the same rows; taken once"
+_SAME = "sessions are in both data sets with the same rows; each is used once"
 _AGREE_M = 0.01
 _FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
 _CORNER = ("x of the plan's lower left corner", "y of the plan's lower left corner")
 _MUST_AGREE = {
-    "frame": "positions mean different things",
-    "clock": "times count from different moments",
-    "bssid_key": "access points have different names; hash both with one key, or neither",
+    "frame": "the positions have different frames",
+    "clock": "the times have different origins",
+    "bssid_key": "the access points have different names; hash both with one key, or neither",
 }
 _OF_THE_BASE_ALONE: dict[str, object] = {"version": None, "published": None, "doi": None, "tables": {}, "splits": {}}
 """Entries of the base's manifest that do not hold for the joined set."""
@@ -101,8 +101,8 @@ def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[Floo
             if one is not None and other is not None and abs(one - other) > _AGREE_M:
                 building = f" of {floor.building}" if floor.building else ""
                 raise DatasetError(
-                    f"floor {floor.number}{building}: {name} is {one:g} in the base and {other:g} in the later survey: "
-                    "positions lie elsewhere; correct it in one, or give the later survey's building another name"
+                    f"floor {floor.number}{building}: {name} is {one:g} in the base and {other:g} in the later survey, "
+                    "so positions differ; correct one of them, or give the later survey's building another name"
                 )
         if known.plan is None:
             found[key] = known.model_copy(update={"plan": floor.plan})
@@ -122,7 +122,7 @@ def _groupings(base: Sequence[Grouping], later: Sequence[Grouping]) -> tuple[Gro
     for grouping in later:
         if found.setdefault(grouping.technology, grouping) != grouping:
             raise DatasetError(
-                f"{grouping.technology}: readings are grouped in another way in the later survey (by {grouping.by}); "
+                f"{grouping.technology}: the later survey groups readings differently (by {grouping.by}); "
                 "make its data set with the same --window"
             )
     return tuple(found[name] for name in sorted(found))
@@ -135,8 +135,9 @@ def _same_sessions(base: Dataset, later: Dataset) -> tuple[str, ...]:
         one, other = (one_session(dataset.fingerprints, dataset.readings, session) for dataset in (base, later))
         if not (one.fingerprints.equals(other.fingerprints) and one.readings.equals(other.readings)):
             raise DatasetError(
-                f"session {session} is in both with different rows: one walk labelled twice, or two walks of one name; "
-                "leave it out of the later survey, or see where they differ by `vislam2tag verify`"
+                f"session {session} is in both data sets with different rows: either one walk was labelled twice, or "
+                "two walks have the same name; remove it from the later survey, or compare both with `vislam2tag "
+                "verify`"
             )
     return tuple(both)
 
@@ -162,7 +163,10 @@ def _lost_split_findings(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
     """Tell the splits that do not come along, but the standard ones, which are made again by their names."""
     lost = {name for name, split in base.splits.items() if _made_by_us(split)} | later.splits.keys()
     lost -= set(SplitKind) | {name for name, split in base.splits.items() if not _made_by_us(split)}
-    message = f"splits that do not hold for all walks: {', '.join(sorted(lost))}; make them again by `vislam2tag split`"
+    message = (
+        f"skipped splits, because they do not cover all walks: {', '.join(sorted(lost))}; make them again with "
+        "`vislam2tag split`"
+    )
     return finding_if(len(lost), SPLITS_LEFT_OUT, message, severity=Severity.WARNING)
 
 

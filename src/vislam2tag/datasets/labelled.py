@@ -171,12 +171,12 @@ def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
     restore(root)  # labels that were rebased are replaced whole
     run = _run(root)
     if not (root / SUMMARY_FILE).is_file():
-        raise DatasetError(f"{root}: the run of `vislam2tag process` into it has not ended; run it again, it goes on")
+        raise DatasetError(f"{root}: `vislam2tag process` has not finished writing it; run it again, and it continues")
     stored = outline_of(root)
     store = None if stored is None else stored.store
     sessions = tuple(LabelledSession(root, path.stem, store) for path in sorted((root / RESULTS).glob("*.json")))
     if not sessions:
-        raise DatasetError(f"{root}: holds no session; process a survey with sessions into it")
+        raise DatasetError(f"{root}: contains no session; process a survey that has sessions")
     opened = LabelledSurvey(
         root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions, run.rebase
     )
@@ -186,7 +186,7 @@ def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
 def _shared(opened: LabelledSurvey, site_from_outside: bool) -> LabelledSurvey:
     """Labels without what came from outside the survey: sessions, and names and georeferences of floors."""
     if (link := outside_link(opened.root, opened.root / RUN_FILE)) is not None:
-        raise DatasetError(f"{opened.root / link}: is a link to a file outside the labels; {CURE}")
+        raise DatasetError(f"{opened.root / link}: a link to a file outside the labels; {CURE}")
     outside = tuple(session.slug for session in opened.sessions if session.is_from_outside())
     if site_from_outside:
         floors = (
@@ -202,8 +202,9 @@ def without_sessions(opened: LabelledSurvey, outside: Collection[str]) -> Labell
     gone = tuple(session.slug for session in opened.sessions if session.slug in outside)
     if not kept:
         raise DatasetError(
-            f"{opened.root}: links lead to the files of all {len(gone)} sessions outside the survey, and no other "
-            f"session remains: {', '.join(gone)}; {CURE}"
+            f"{opened.root}: the files of all {len(gone)} sessions are links to files outside the survey, so no "
+            "session "
+            f"remains: {', '.join(gone)}; {CURE}"
         )
     return replace(opened, sessions=kept, left_out=(*opened.left_out, *gone))
 
@@ -213,16 +214,20 @@ def _run(root: Path) -> _RunFile:
     try:
         content = read_json(path)
         if not isinstance(content, dict) or content.get("program") != PROGRAM:
-            raise DatasetError(f"{root}: was not written by `vislam2tag process`; give its --out, or a survey folder")
+            raise DatasetError(
+                f"{root}: not written by `vislam2tag process`; pass the folder that was its --out, or a survey folder"
+            )
         return _RunFile.model_validate(content)
     except OSError as error:
-        instead = "; it is a survey: run `vislam2tag process` on it first" if any(root.glob("floor_*")) else ""
+        instead = (
+            "; the folder is a survey, so run `vislam2tag process` on it first" if any(root.glob("floor_*")) else ""
+        )
         raise DatasetError(
-            f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror})"
+            f"{root}: not an output folder of `vislam2tag process` ({RUN_FILE} cannot be read: {error.strerror})"
             f"{instead}"
         ) from error
     except ValidationError as error:
         field = ".".join(map(str, error.errors()[0]["loc"]))
-        raise DatasetError(f"{path}: has no usable '{field}' (an earlier version's?); {_AGAIN}") from error
+        raise DatasetError(f"{path}: no usable '{field}', perhaps from an earlier version; {_AGAIN}") from error
     except ValueError as error:
-        raise DatasetError(f"{path}: is damaged ({first_line(error)}); {_AGAIN}") from error
+        raise DatasetError(f"{path}: the file is damaged ({first_line(error)}); {_AGAIN}") from error

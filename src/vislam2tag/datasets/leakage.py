@@ -163,12 +163,12 @@ def _spread(values: pl.Series) -> QuantileSummary | None:
 def _verdict(kind: str, whole: FoldLeakage | None) -> str:
     """Say in a sentence what a split of this kind measures."""
     if whole is None:
-        return "nothing tests"
+        return "the test set is empty"
     what = "windows" if whole.of == IMU else "fingerprints"
     if whole.distance_m is None:
-        return f"no test {what} have training ones on their floor: measures new floors"
-    where = f"half of the test {what} have a training one within {whole.distance_m.p50:.1f} m"
-    walks = f"{100 * whole.same_walk:.0f} % are of walks that also train"
+        return f"no floor of the test {what} is in the training set: measures new floors"
+    where = f"half of the test {what} are within {whole.distance_m.p50:.1f} m of a training one"
+    walks = f"{100 * whole.same_walk:.0f} % are from walks that are also in the training set"
     if whole.distance_m.p50 > NEW_PLACE_M:
         measures = "new places"
     elif whole.same_walk > _MOST:

@@ -286,7 +286,7 @@ def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _tap_findings(walk: LoggedWalk) -> list[Finding]:
     if len(walk.taps) >= 2:
         return []
-    message = "walks have fewer than two taps: none of their readings has a position"
+    message = "walks with fewer than two taps: none of their readings has a position"
     return [Finding(kind="too_few_taps", file=walk.name, count=1, message=message)]
 
 

@@ -233,7 +233,7 @@ def _robust_offsets(shared: pl.DataFrame, devices: list[str]) -> dict[str, float
         return max((abs(after[device] - before[device]) for device in devices), default=0.0)
 
     start = _solved(shared, devices)
-    what = "what devices of two surveys hear louder or fainter"
+    what = "the signal level offsets of devices in two surveys"
     return iterate(what, start, step, moved_db, tolerance=_SMALL_DB, most_rounds=_MOST_ROUNDS).state
 
 

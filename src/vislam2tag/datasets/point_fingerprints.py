@@ -64,7 +64,7 @@ def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFr
 
 def _unlabelled(rows: pl.DataFrame) -> tuple[Finding, ...]:
     count = rows["x"].null_count()
-    message = "fingerprints have no position or no floor; their status is invalid"
+    message = "fingerprints have no position or no floor, so their status is invalid"
     return finding_if(count, "unlabelled_fingerprints", message, severity=Severity.WARNING)
 
 

@@ -50,8 +50,8 @@ def read_key(path: Path) -> bytes:
         raise UsageError(f"{path}: the key cannot be read ({error.strerror})") from error
     if len(key) < LEAST_KEY_BYTES:
         raise UsageError(
-            f"{path}: the key has {len(key)} bytes, {LEAST_KEY_BYTES} are needed; "
-            f"make one, for instance by `openssl rand -hex 32 > {path.name}`, and keep it secret"
+            f"{path}: the key has {len(key)} bytes, but at least {LEAST_KEY_BYTES} are needed; make one, for example "
+            f"with `openssl rand -hex 32 > {path.name}`, and keep it secret"
         )
     return key
 
@@ -79,7 +79,9 @@ def with_privacy(dataset: Dataset, privacy: Privacy) -> Dataset:
     Raises UsageError where identifiers should be hashed that are hashed already.
     """
     if privacy.hash_key is not None and dataset.info.bssid_key is not None:
-        raise UsageError(f"data set {dataset.info.name}: BSSIDs are hashed already; hash those of the original set")
+        raise UsageError(
+            f"data set {dataset.info.name}: the BSSIDs are already hashed; hash those of the original data set"
+        )
     points = dataset.access_points.collect()
     if not privacy.include_nomap:
         dataset, points = _without_nomap(dataset, points)
@@ -107,8 +109,8 @@ def _without_nomap(dataset: Dataset, points: pl.DataFrame) -> tuple[Dataset, pl.
     left = left.with_columns(radio=pl.when(pl.col("radio").is_not_null()).then(pl.col("bssid").min().over("radio")))
     readings = int(unwanted["readings"].sum())
     message = (
-        f"{readings} readings of {unwanted.height} networks are left out: their names end in _nomap, by which "
-        "owners ask to be in no map"
+        f"{readings} readings of {unwanted.height} networks are skipped, because their names end in _nomap: their "
+        "owners ask not to be mapped"
     )
     finding = Finding(kind=NOMAP_LEFT_OUT, file="", count=readings, message=message, severity=Severity.INFO)
     info = dataset.info.model_copy(update={"findings": (*dataset.info.findings, finding)})

@@ -210,7 +210,7 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
     known = dataset.access_points.select("bssid", "ssid", "nomap").collect()
     unknown = sorted(set(access_points) - set(known["bssid"]))
     if unknown:
-        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
+        raise UsageError(f"--ap {unknown[0]}: no such access point in this data set; {_instead(known, unknown[0])}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
     enough = map_process.heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
@@ -221,9 +221,9 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
     if not enough["wanted"].any():
         heard = map_process.heard_at(dataset).filter(named if access_points else open_to_all)
         raise DatasetError(
-            f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of "
-            f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
-            "more scans or name another --ap"
+            f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of one floor "
+            f"(at most {max(heard['readings'].to_list(), default=0)}), so no map can be made; label more scans or name "
+            "another --ap"
         )
     return enough
 
@@ -232,8 +232,8 @@ def _instead(known: pl.DataFrame, name: str) -> str:
     """What to give for a name that is no BSSID."""
     called = [str(bssid) for bssid in known.filter(pl.col("ssid") == name)["bssid"]]
     if called:
-        return f"it is the name of {len(called)} of them, such as {called[0]}"
-    return f"give a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
+        return f"{len(called)} access points have this name; pass a BSSID such as {called[0]}"
+    return f"pass a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
 
 
 def _floor_maps(
@@ -298,9 +298,10 @@ def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
     columns, rows = (int(size) for size in high - low)
     if rows * columns > _MOST_CELLS:
         raise DatasetError(
-            f"the labelled fingerprints of a floor span {(high - low)[0] * settings.cell_m:.0f} x "
-            f"{(high - low)[1] * settings.cell_m:.0f} m, which is {rows * columns} cells; correct the labels or choose "
-            "a larger --cell"
+            f"the labelled fingerprints of one floor span {(high - low)[0] * settings.cell_m:.0f} x "
+            f"{(high - low)[1] * settings.cell_m:.0f} m, which is too many cells ({rows * columns}); correct the "
+            "labels "
+            "or choose a larger --cell"
         )
     left, bottom = (low * settings.cell_m).tolist()
     return CellGrid((left, bottom), settings.cell_m, rows, columns)

@@ -103,15 +103,13 @@ def split_findings(dataset: Dataset) -> tuple[Finding, ...]:
         made = _made_or_reason(items, kind, SplitSettings())
         if not isinstance(made, Split):
             findings.append(
-                _finding("no_split", items.height, f"split {made.removeprefix('--')}; it is left out", Severity.INFO)
+                _finding("no_split", items.height, f"split {made.removeprefix('--')}; it is skipped", Severity.INFO)
             )
             continue
         known = items.filter(_LABELLED)["id"].implode()
         outside = made.groups.filter(pl.col("id").is_in(known), _GROUP.is_null()).height
         if outside:
-            message = (
-                f"split by {kind}: labelled fingerprints and windows that tell no {kind}; they are in neither part"
-            )
+            message = f"split by {kind}: labelled fingerprints and windows without a {kind} are in neither part"
             findings.append(_finding("not_in_split", outside, message, Severity.WARNING))
     return tuple(findings)
 
@@ -144,7 +142,7 @@ def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spl
             parameters={"share": settings.share, "seed": settings.seed},
             folds=(Fold(name=TEST, test=(TEST,)),),
         ),
-        f"too few fingerprints of any floor and device to draw {100 * settings.share:g} %",
+        f"too few fingerprints on each floor and device to draw {100 * settings.share:g} %",
     )
 
 
@@ -173,7 +171,7 @@ def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) ->
     )
     parameters: dict[str, float | int | str] = {"folds": count, "seed": settings.seed}
     info = SplitInfo(name=name, kind=SplitKind.TRAJECTORY, parameters=parameters, folds=folds)
-    return _split(items, labelled.select("id", group="session"), info, "there is one walk only, or none is named")
+    return _split(items, labelled.select("id", group="session"), info, "there is only one walk, or walks have no names")
 
 
 def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
@@ -184,7 +182,7 @@ def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spli
     """
     if settings.guard_m > _WIDEST_GUARD * settings.block_m:
         raise UsageError(
-            f"a guard of {settings.guard_m:g} m reaches over more than {_WIDEST_GUARD} blocks of "
+            f"a guard of {settings.guard_m:g} m is wider than {_WIDEST_GUARD} blocks of "
             f"{settings.block_m:g} m; choose larger blocks or a smaller guard"
         )
     labelled = block_of(items.filter(_LABELLED), settings.block_m)
@@ -202,7 +200,7 @@ def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spli
     }
     folds = (Fold(name=TEST, test=tuple(tests["group"])),)
     info = SplitInfo(name=name, kind=SplitKind.BLOCK, parameters=parameters, folds=folds)
-    return _split(items, groups, info, f"too few blocks of {settings.block_m:g} m to hold some out")
+    return _split(items, groups, info, f"too few blocks of {settings.block_m:g} m to draw a test set")
 
 
 _WIDEST_GUARD = 20

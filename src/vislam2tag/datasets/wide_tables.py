@@ -100,7 +100,7 @@ def _top_line(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise DatasetError(f"{path}: cannot be read as a table ({error}); expected comma separated text") from error
     if not line:
-        raise DatasetError(f"{path}: is empty; expected a table with one row a fingerprint")
+        raise DatasetError(f"{path}: the file is empty; expected a table with one row for each fingerprint")
     return line
 
 
@@ -115,10 +115,10 @@ def _read(
 ) -> WideTable:
     access_points = tuple(name for name in header if name not in columns and is_access_point(name))
     if not access_points:
-        raise DatasetError(f"{path}: line 1 names no access point; expected columns like WAP001 with levels in dBm")
+        raise DatasetError(f"{path}: line 1 names no access point; expected columns such as WAP001 with levels in dBm")
     if len(set(header)) < len(header):
         twice = next(name for number, name in enumerate(header) if name in header[:number])
-        raise DatasetError(f"{path}: line 1 has the column {twice} twice; expected each once")
+        raise DatasetError(f"{path}: the column {twice} is twice in line 1")
     schema = {name: pl.Float32() if name in access_points else columns.get(name, pl.String()) for name in header}
     stated = rules.not_heard if rules.said is None else rules.said
     first_line = 2 if has_header else 1
@@ -140,7 +140,7 @@ def _read(
         short += [row + first_row + first_line for row in batch[header[-1]].is_null().arg_true()]
         first_row += batch.height
     if not first_row:
-        raise DatasetError(f"{path}: holds no fingerprint; expected one row each")
+        raise DatasetError(f"{path}: contains no fingerprint; expected one row for each")
     _refuse_short_lines(path, short, len(header))
     table = pl.concat(rows) if any(name in columns for name in header) else pl.DataFrame(height=first_row)
     lacking = [pl.lit(None, kind).alias(name) for name, kind in columns.items() if name not in header]
@@ -204,7 +204,7 @@ def _wrong_cell(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bo
             for cell, (name, kind) in zip(cells, kinds, strict=True):
                 if kind.is_numeric() and not _is_number(cell):
                     return DatasetError(
-                        f"{path}: line {number}, column {name}: '{cell}' is no number; correct the file"
+                        f"{path}: line {number}, column {name}: '{cell}' is not a number; correct the file"
                     )
     return None
 
@@ -234,4 +234,4 @@ def _is_number(cell: str) -> bool:
 
 def _unknown(path: Path, names: list[str]) -> tuple[Finding, ...]:
     shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
-    return finding_if(len(names), "unknown_columns", f"columns that are not known are left out: {shown}", path.name)
+    return finding_if(len(names), "unknown_columns", f"unknown columns are skipped: {shown}", path.name)

@@ -81,7 +81,11 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     schema = table.collect_schema()
     if not held:
         rows = int(table.select(pl.len()).collect(engine="streaming").item())
-        return _finding(name, rows, f"the table {name} is left out: the format has no place for it") if rows else None
+        return (
+            _finding(name, rows, f"the table {name} is skipped, because the format has no place for it")
+            if rows
+            else None
+        )
     missing = [column for column in schema if column not in held and column not in DERIVED.get(name, ())]
     if not missing:
         return None
@@ -98,7 +102,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     )
     found = counts.collect(engine="streaming").row(0, named=True)
     lost = [column for column in missing if found[column]]
-    return _finding(name, found["_rows"], f"columns left out of {name}: {', '.join(lost)}") if lost else None
+    return _finding(name, found["_rows"], f"skipped columns of {name}: {', '.join(lost)}") if lost else None
 
 
 def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
@@ -106,13 +110,13 @@ def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
     stated = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
     findings = []
     if stated and MANIFEST not in held:
-        findings.append(_finding("manifest", len(stated), f"left out of the manifest: {', '.join(stated)}"))
+        findings.append(_finding("manifest", len(stated), f"skipped fields of the manifest: {', '.join(stated)}"))
     others = len(dataset.splits) - (ONE_SPLIT in held)
     if SPLITS not in held and others > 0:
         which = "all splits but one" if ONE_SPLIT in held else "splits"
-        findings.append(_finding("splits", others, f"{which} are left out"))
+        findings.append(_finding("splits", others, f"{which} are skipped"))
     if dataset.files and PLANS not in held:
-        findings.append(_finding("plans", len(dataset.files), "plans of the floors are left out"))
+        findings.append(_finding("plans", len(dataset.files), "floor plans are skipped"))
     return findings
 
 
@@ -124,7 +128,7 @@ def in_neither_part(fingerprints: pl.LazyFrame, part: pl.DataFrame) -> tuple[Fin
     """Count the fingerprints that a split puts into neither part."""
     left = fingerprints.join(part.lazy(), on="scan_id", how="anti").select(pl.len())
     count = int(left.collect(engine="streaming").item())
-    message = "fingerprints are in neither part of the split: they are in no training or test set"
+    message = "fingerprints are in neither the training set nor the test set of the split"
     return finding_if(count, "in_neither_part", message)
 
 
@@ -138,20 +142,20 @@ def train_test_assignment(dataset: Dataset, context: ExportContext) -> tuple[pl.
         return _without_choice(dataset, context)
     if context.split not in dataset.splits:
         there = ", ".join(dataset.splits) or "none"
-        raise UsageError(f"--split {context.split}: the data set has no such split; there are: {there}")
+        raise UsageError(f"--split {context.split}: the data set has no such split; its splits: {there}")
     split = dataset.splits[context.split]
     return _parts(split, _fold(split, context.fold)), ()
 
 
 def _without_choice(dataset: Dataset, context: ExportContext) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
     if context.fold is not None:
-        raise UsageError(f"--fold {context.fold}: say of which split by --split")
+        raise UsageError(f"--fold {context.fold}: name the split of this fold with --split")
     official = [split for split in dataset.splits.values() if split.info.kind == "official"]
     if len(official) == 1 and len(official[0].info.folds) == 1:
         return _parts(official[0], official[0].info.folds[0]), ()
     ids = dataset.fingerprints.select("scan_id", part=pl.lit(TRAIN)).collect(engine="streaming")
-    message = "no split chosen (--split): all is training data" + (
-        f"; there are: {', '.join(dataset.splits)}" if dataset.splits else ", as the data set has none"
+    message = "no split was chosen (--split), so everything is training data" + (
+        f"; available splits: {', '.join(dataset.splits)}" if dataset.splits else "; the data set has no splits"
     )
     return ids, finding_if(1, "no_split", message)
 
@@ -162,11 +166,13 @@ def _fold(split: Split, name: str | None) -> Fold:
         return folds[0]
     there = ", ".join(fold.name for fold in folds)
     if name is None:
-        raise UsageError(f"--split {split.info.name}: has {len(folds)} folds; choose one by --fold: {there}")
+        raise UsageError(
+            f"--split {split.info.name}: the split has {len(folds)} folds; choose one with --fold: {there}"
+        )
     try:
         return split.fold(name)
     except KeyError as error:
-        raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; there are: {there}") from error
+        raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; its folds: {there}") from error
 
 
 def _parts(split: Split, fold: Fold) -> pl.DataFrame:
@@ -179,8 +185,8 @@ def _parts(split: Split, fold: Fold) -> pl.DataFrame:
 _CELLS_AT_ONCE = 4_000_000
 """Cells of a matrix in memory at once: 16 MB."""
 _NS = 1_000_000_000
-UNKNOWN_LEVELS = "readings without a level are left out"
-UNMAPPED = "sessions without a position are left out"
+UNKNOWN_LEVELS = "readings without a level are skipped"
+UNMAPPED = "sessions without a position are skipped"
 
 
 def labelled_fingerprints(
@@ -203,15 +209,18 @@ def labelled_fingerprints(
     kept, *lost = counts.row(0)
     if not kept:
         what = "fingerprint" if technology is None else f"{technology} fingerprint"
-        raise DatasetError(f"{dataset.info.name}: no {what} of it has a position; this format holds only those that do")
+        raise DatasetError(f"{dataset.info.name}: no {what} has a position, and this format needs one")
     messages: tuple[tuple[FindingKind, str], ...] = (
-        ("unlabelled_left_out", "fingerprints without a position are left out: the format has no place for them"),
+        (
+            "unlabelled_left_out",
+            "fingerprints without a position are skipped, because the format has no place for them",
+        ),
         (
             "uncertain_left_out",
-            "uncertain fingerprints are left out: the format cannot say how sure a position is; "
-            "`dataset --max-sigma-m` decides",
+            "uncertain fingerprints are skipped, because the format cannot store a standard deviation; "
+            "`dataset --max-sigma-m` sets the limit",
         ),
-        ("technology_left_out", f"fingerprints of another technology than {technology} are left out"),
+        ("technology_left_out", f"fingerprints of technologies other than {technology} are skipped"),
     )
     return dataset.fingerprints.filter(known & wanted & sure), _counted(lost, messages)
 
@@ -266,13 +275,13 @@ def matrix_losses(readings: pl.DataFrame, not_heard: float) -> IntArray:
 
 def matrix_loss_findings(lost: IntArray, not_heard: float) -> tuple[Finding, ...]:
     """Report the sums of :func:`matrix_losses` over all sessions."""
-    hidden = f"readings of {not_heard:g} dBm look like not heard, which the format writes this way"
+    hidden = f"readings of {not_heard:g} dBm cannot be told from 'not heard', which the format writes as this level"
     messages: tuple[tuple[FindingKind, str], ...] = (
         ("unknown_levels_left_out", UNKNOWN_LEVELS),
         ("levels_left_out", hidden),
         (
             "readings_averaged",
-            "readings are further ones of an access point in a fingerprint: their mean is written",
+            "repeated readings of an access point in one fingerprint are replaced by their mean",
         ),
     )
     return _counted(lost.tolist(), messages)

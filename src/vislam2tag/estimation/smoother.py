@@ -88,7 +88,7 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
         return reweight_until_converged(replace(before.linear, model=_relinearised(before)), tolerance)
 
     done = iterate(
-        "the path that a walk is linearised about",
+        "the linearisation of a walk's path",
         reweight_until_converged(walk, tolerance),
         about_path_found,
         _sigmas_between,
@@ -113,7 +113,7 @@ def reweight_until_converged(walk: LinearWalk, tolerance: float, caution: Cautio
         return solve_with(reweighted(walk.model, before.variance_factors, squares), number)
 
     done = iterate(
-        "the weighting of a walk's observations",
+        "the reweighting of a walk's observations",
         solve_with(walk.variance_factors, 0),
         step,
         _sigmas_between,

@@ -70,7 +70,7 @@ class IdComparison:
             for name, ids in zip(self.names, (self.ours, self.theirs), strict=True)
         ]
         agree = f"{len(self.agree)} of them agree" if self.agree else "none of them agree"
-        pattern = "no single pattern maps one to the other"
+        pattern = "no simple pattern maps one set to the other"
         if self.pattern is not None:
             pattern = f"the pattern is: {self.pattern.text}"
         return f"{', '.join(sets)}; {agree}; {pattern}"

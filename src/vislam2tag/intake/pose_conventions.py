@@ -63,14 +63,14 @@ def pose_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, f
     poses = Poses.of(time_ns, camera.position_acs[usable], camera.orientation_acs[usable])
     way_m = np.linalg.norm(np.diff(poses.position, axis=0), axis=1).sum()
     if way_m < MIN_WAY_M:
-        return [_not_judged(f"the way is {way_m:.1f} m long", file)]
+        return [_not_judged(f"the path is {way_m:.1f} m long", file)]
     inertial = Inertial.of(camera.inertial, poses, int(time_ns[0]), camera.pose_lag_s or 0.0)
     sights = _sights(camera, log, landmarks, poses, int(time_ns[0]))
     return [*_conventions(poses, inertial, sights, file), *_far_landmarks(camera, log)]
 
 
 def _not_judged(why: str, file: str) -> Finding:
-    message = f"{why}: too short to judge whether a person walked so, in metres and with y up"
+    message = f"{why}: too little to check that units and axes (metres, y up) are plausible for a person who walks"
     return Finding(kind="poses_not_judged", file=file, count=1, message=message, severity=Severity.INFO)
 
 
@@ -101,12 +101,12 @@ def _conventions(poses: Poses, inertial: Inertial | None, sights: Sights, file: 
         if not others:
             return []
     if not others:
-        message = f"{what}: labels of this session are doubtful; check how the file was written"
+        message = f"{what}; labels of this session may be wrong. Check how the file was written"
         return [Finding(kind="implausible_poses", file=file, count=1, message=message)]
     # A camera that looks back may really be carried so, and vehicles are fast; all else makes positions wrong.
     harmless = odd == [_back(evidence)] or (others[0].vehicle_alike and np.isnan(evidence.stretch))
     severity = Severity.WARNING if harmless else Severity.ERROR
-    message = f"{what}. It looks as if {', or '.join(other.name for other in others)}. {others[0].cure}"
+    message = f"{what}. Probably {', or '.join(other.name for other in others)}. {others[0].cure}"
     return [Finding(kind="pose_convention", file=file, count=1, message=message, severity=severity)]
 
 
@@ -119,11 +119,11 @@ def _explains(other: PoseEvidence, evidence: PoseEvidence) -> bool:
 
 
 def _up_and_down(evidence: PoseEvidence) -> str:
-    return f"{evidence.heave:.0%} of the way leads up and down"
+    return f"{evidence.heave:.0%} of the path goes up and down"
 
 
 def _back(evidence: PoseEvidence) -> str:
-    return f"the camera looks back all the way (mean cosine {evidence.ahead:.2f})"
+    return f"the camera looks backwards during the whole walk (mean cosine {evidence.ahead:.2f})"
 
 
 def _oddities(evidence: PoseEvidence) -> list[str]:
@@ -138,7 +138,7 @@ def _oddities(evidence: PoseEvidence) -> list[str]:
     if evidence.level < MIN_LEVEL and not _felt_level(evidence.inertial):
         odd.append(
             f"the camera is not held level (mean upward direction {evidence.level:.2f}, expected about 0.9 unless the "
-            "phone was turned on the way)"
+            "phone was turned during the walk)"
         )
     if evidence.heave > MAX_HEAVE:
         odd.append(_up_and_down(evidence))
@@ -153,7 +153,7 @@ def _against_imu(match: InertialMatch | None) -> list[str]:
     if match.tilt_deg > MAX_TILT_DEG:
         return [f"gravity in the accelerometer is {match.tilt_deg:.0f} degrees from the poses' upward direction"]
     if match.explained < MIN_EXPLAINED or match.explained_mirrored > match.explained + MIRRORED_BETTER:
-        return ["the gyroscope contradicts the turns of the poses (or its clock is not theirs)"]
+        return ["the gyroscope contradicts the turns of the poses (or the two have different clocks)"]
     return []
 
 
@@ -175,8 +175,8 @@ def _far_landmarks(camera: CameraTrack, log: LandmarkLog) -> list[Finding]:
     if away_m <= MAX_SIGHT_M and not near_if_inverted:
         return []
     message = (
-        f"landmarks are {away_m:.0f} m from the camera when they are first seen (median), and are recognised from "
-        f"{MAX_SIGHT_M:g} m at most: their poses have another convention than those of the camera, or another origin; "
+        f"landmarks are {away_m:.0f} m from the camera when they are first seen (median), but a tracker recognises "
+        f"them from {MAX_SIGHT_M:g} m at most. Their poses have another convention or origin than the camera's poses; "
         "landmark to ACS is expected"
     )
     severity = Severity.ERROR if near_if_inverted or away_m > MAX_PICTURE_SIGHT_M else Severity.WARNING

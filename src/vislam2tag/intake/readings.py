@@ -18,9 +18,9 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 
-CURE = "Leave such levels out of the file, or write them in dBm."
+CURE = "Remove such levels from the file, or write them in dBm."
 _LEVELS = "signal strengths"
-_CAUSE = "0, 127 and -127 stand for 'no value', 100 for 'not heard', or the file has another unit"
+_CAUSE = "0, 127 and -127 often mean 'no value' and 100 'not heard', or the file uses another unit"
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,10 @@ def is_sign_lost(positive: int, levels: int) -> bool:
 
 def lost_sign(file: str, count: int, lines: list[int], done: str) -> Finding:
     """Report positive levels of a file in which most are; ``lines`` are the first ones of ``count``."""
-    message = f"most levels of the file are positive: the sign was lost (65 for -65); {done}. Negate the levels."
+    message = (
+        f"most levels of the file are positive, so the minus sign is missing (65 instead of -65); {done}. Negate the "
+        "levels."
+    )
     finding = Finding.at_lines("lost_sign", file, lines, message)
     return finding.model_copy(update={"count": count})
 
@@ -122,9 +125,9 @@ _HASH_DIGITS = 32
 MASKED = frozenset({"", "02:00:00:00:00:00", "00:00:00:00:00:00", "ff:ff:ff:ff:ff:ff"})
 """What is written where an address is not known, in the one notation."""
 NO_ADDRESS = (
-    "Possible cause: Android gives an app without the location permission 02:00:00:00:00:00 in place of every address; "
-    "recorders write zeros, ones or nothing for an unknown one. Grant the app the permission (precise location) "
-    "and record again."
+    "Possible cause: without the location permission Android reports 02:00:00:00:00:00 for every address, and some "
+    "recorders write zeros, ones or nothing for an unknown one. Grant the app the precise location permission and "
+    "record again."
 )
 
 
@@ -194,8 +197,8 @@ def with_addresses(
 def masked_addresses(file: str, lines: list[int], names: list[str]) -> Finding:
     """Report lines that are left out because their names stand for addresses that are not known."""
     found = ", ".join(name or "an empty field" for name in sorted(names))
-    verb = "is no address" if len(names) == 1 else "are no addresses"
-    message = f"{found} {verb}; these rows are left out. {NO_ADDRESS}"
+    verb = "is not an address" if len(names) == 1 else "are not addresses"
+    message = f"{found} {verb}; these rows are skipped. {NO_ADDRESS}"
     return Finding.at_lines("masked_addresses", file, lines, message)
 
 
@@ -312,8 +315,8 @@ def filler_found(file: str, filler: Filler, cells: int, stated: float | None) ->
     where = "the most frequent level out of range" if math.isnan(filler.nearest) else "the most frequent level"
     edge = "" if math.isnan(filler.nearest) else " and at the edge of all others"
     message = (
-        f"{filler.level:g} is {where} ({100 * filler.share:.0f} % of the levels){edge}: it stands for 'not heard' "
-        f"here{instead}, and is left out. No action needed if that is right"
+        f"{filler.level:g} is {where} ({100 * filler.share:.0f} % of the levels){edge}, so it is read as 'not "
+        f"heard'{instead}. No action needed if that is right"
     )
     return Finding(kind="unstated_filler", file=file, count=cells, message=message)
 
@@ -321,16 +324,16 @@ def filler_found(file: str, filler: Filler, cells: int, stated: float | None) ->
 def all_heard(file: str, rows: int) -> Finding:
     """Report that a table has no cell that is not heard, and no filler that could be recognised."""
     message = (
-        "every access point is heard in every row; if a level stands for 'not heard', it could not be recognised. "
-        "No action needed if all were heard; else give --not-heard LEVEL"
+        "every access point is heard in every row. No action needed if that is right; if a level means 'not heard', "
+        "pass it with --not-heard LEVEL"
     )
     return Finding(kind="all_heard", file=file, count=rows, message=message, severity=Severity.WARNING)
 
 
 def question(filler: Filler, stated: float) -> str:
     """Ask what a level stands for that may be a filler."""
-    near = "no other level is there" if math.isnan(filler.nearest) else f"the next level is {filler.nearest:g}"
+    near = "there is no other level" if math.isnan(filler.nearest) else f"the next level is {filler.nearest:g}"
     return (
-        f"{100 * filler.share:.0f} % of the levels are {filler.level:g} ({near}): does it stand for 'not heard', "
-        f"or was it measured? Give --not-heard {filler.level:g} in the first case, --not-heard {stated:g} in the second"
+        f"{100 * filler.share:.0f} % of the levels are {filler.level:g} ({near}). If it means 'not heard', pass "
+        f"--not-heard {filler.level:g}; if it was measured, pass --not-heard {stated:g}"
     )

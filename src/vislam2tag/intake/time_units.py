@@ -112,8 +112,8 @@ def recognised_ns(
         return time_ns, []
     unit, true, read = units[0], NS_OF[units[0]], NS_OF[stated]
     converted = time_ns * (true // read) if true > read else time_ns // (read // true)
-    reason = "only so they meet the frames or readings"
+    reason = "only then do they overlap with the frames or readings"
     if not times.as_stated:
         reason = f"rows come every {times.step_ns * true / read / 1e9:.3g} s"
-    message = f"times must be in {stated}, and are in {unit} ({reason}); they are read as {unit}"
+    message = f"times must be in {stated}, but these are in {unit} ({reason}); they are read as {unit}"
     return converted, [Finding(kind="time_unit", file=file, count=len(time_ns), message=message)]

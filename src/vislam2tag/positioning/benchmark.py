@@ -307,9 +307,11 @@ def execute(
 
     Raises DatasetError where a part is empty or the model cannot learn from it."""
     train, test = data.train_test(run.split, run.split.fold(run.fold))
-    for what, part in (("trains", train), ("tests", test)):
+    for what, part in (("training", train), ("test", test)):
         if not len(part):
-            raise DatasetError(f"split {run.split.info.name}, fold {run.fold}: no labelled fingerprint {what}")
+            raise DatasetError(
+                f"split {run.split.info.name}, fold {run.fold}: the {what} set contains no labelled fingerprint"
+            )
     model = run.model.made(run.seed)
     model.progress = progress
     begun = time.perf_counter()

@@ -67,7 +67,9 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
         .with_row_index("row")
     )
     if labelled.is_empty():
-        raise DatasetError(f"{dataset.info.name}: holds no labelled fingerprint of technology {technology}")
+        raise DatasetError(
+            f"{dataset.info.name}: the data set contains no labelled fingerprint of technology {technology}"
+        )
     readings = (
         dataset.readings.select("scan_id", "bssid", "rssi_dbm")
         .join(labelled.lazy().select("scan_id", "row"), on="scan_id")
@@ -135,7 +137,9 @@ def updated(known: LabelledScans, later: LabelledScans, technology: str = "wifi"
     kept = old | ~_known_already((scans, places), len(known[0]))
     scans, places, old = scans[kept], places[kept], old[kept]
     if old.all():
-        raise DatasetError("the model knows all fingerprints of the later survey already: there is nothing to update")
+        raise DatasetError(
+            "the model already contains all fingerprints of the later survey, so there is nothing to update"
+        )
     before, since = (_as_dataset((scans[rows], places[rows]), technology) for rows in (old, ~old))
     points = survey_changes(before, since, technology).access_points
     change: dict[str, str] = dict(points.select("bssid", "change").iter_rows())

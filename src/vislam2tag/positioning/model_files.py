@@ -125,15 +125,15 @@ def load_model(path: AnyPath) -> SavedModel:
     text, arrays = _opened(path)
     header = _header(path, text)
     if _checksum(json.loads(text), arrays) != header.checksum:
-        raise ModelError(f"{path}: is damaged (its checksum does not match); copy it again, or train again")
+        raise ModelError(f"{path}: the file is damaged (its checksum does not match); copy it again, or train again")
     model = _made(path, header)
     model.access_points_, model.storeys_ = _normal_names(header.access_points), header.storeys
     try:
         model.restore(arrays)
     except Exception as error:  # a model may be of another package
         raise ModelError(
-            f"{path}: holds a {header.model} model of version {header.program_version} that version {__version__} "
-            f"cannot use ({first_line(error)}); train again"
+            f"{path}: version {__version__} cannot use this {header.model} model of version "
+            f"{header.program_version} ({first_line(error)}); train again"
         ) from error
     return SavedModel(header.model, model, header.origin)
 
@@ -151,19 +151,21 @@ def _normal_names(access_points: tuple[str, ...]) -> tuple[str, ...]:
 
 def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
     if path.exists() and not path.is_file():
-        raise ModelError(f"{path}: cannot be read: it is no plain file; give a file that train wrote")
+        raise ModelError(f"{path}: not a regular file; pass a model file that `vislam2tag train` wrote")
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - it is no dictionary
     except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({error.strerror or error}); give a file that train wrote") from error
+        raise ModelError(
+            f"{path}: cannot be read ({error.strerror or error}); pass a model file that `vislam2tag train` wrote"
+        ) from error
     except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:  # types that NumPy has not
         raise ModelError(
-            f"{path}: is no model, or damaged ({first_line(error)}); give a file that `vislam2tag train` wrote"
+            f"{path}: not a model file, or damaged ({first_line(error)}); pass a file that `vislam2tag train` wrote"
         ) from error
     if _KEY not in metadata:
-        raise ModelError(f"{path}: is of another program; give a file that `vislam2tag train` wrote")
+        raise ModelError(f"{path}: a model file of another program; pass a file that `vislam2tag train` wrote")
     return metadata[_KEY], arrays
 
 
@@ -171,37 +173,40 @@ def _header(path: Path, text: str) -> ModelHeader:
     try:
         version = _Version.model_validate_json(text).format_version
         if version > FORMAT_VERSION:
-            raise ModelError(f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update")
+            raise ModelError(
+                f"{path}: the file has format version {version}, but this program reads up to {FORMAT_VERSION}; "
+                "update vislam2tag"
+            )
         header = ModelHeader.model_validate_json(text)
     except ValidationError as error:
         wrong = error.errors()[0]
         where = ".".join(map(str, wrong["loc"])) or "header"
-        raise ModelError(f"{path}: is damaged ({where}: {wrong['msg']}); train again") from error
+        raise ModelError(f"{path}: the file is damaged ({where}: {wrong['msg']}); train again") from error
     if len(set(header.access_points)) < len(header.access_points):
-        raise ModelError(f"{path}: is damaged (access_points: one is named twice); train again")
+        raise ModelError(f"{path}: the file is damaged (access_points: a name appears twice); train again")
     return header
 
 
 def _made(path: Path, header: ModelHeader) -> Positioner:
     """Make the model, not fitted; where the program has none such, the file is of another version."""
-    stranger = f"{path}: was made by version {header.program_version}, this is {__version__}, which has no"
+    stranger = f"{path}: the file was made by version {header.program_version}; this is version {__version__}, without"
     if header.model not in model_names():
         if removed := removed_model(header.model):
-            raise ModelError(f"{path}: {removed}. The file cannot be opened: train a new one")
-        raise ModelError(f"{stranger} model '{header.model}'; update")
+            raise ModelError(f"{path}: {removed}. The file cannot be opened; train a new model")
+        raise ModelError(f"{stranger} model '{header.model}'; update vislam2tag")
     model = model_named(header.model)
     parameters = without_idle(header.model, header.parameters)
     unknown = sorted(parameters.keys() - model.get_params().keys())
     if unknown:
         if removed := removed_parameter(header.model, unknown[0]):
-            raise ModelError(f"{path}: {removed}. The file cannot be opened: train a new one")
-        raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update, or train again")
+            raise ModelError(f"{path}: {removed}. The file cannot be opened; train a new model")
+        raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update vislam2tag, or train again")
     try:
         return model_named(
             header.model, **{name: tuple(v) if isinstance(v, list) else v for name, v in parameters.items()}
         )
     except UsageError as error:
-        raise ModelError(f"{path}: is damaged ({error}); train again") from error
+        raise ModelError(f"{path}: the file is damaged ({error}); train again") from error
 
 
 def _checksum(fields: Mapping[str, Any], arrays: Mapping[str, AnyArray]) -> str:
@@ -227,7 +232,7 @@ def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = 
     """
     module = model.torch_module()
     if module is None:
-        raise UsageError(f"{type(model).__name__} is not exported to ONNX; only networks and cell-density are")
+        raise UsageError(f"{type(model).__name__} cannot be exported to ONNX; only networks and cell-density can")
     graph = _graph(module, len(model.access_points_))
     graph.producer_name, graph.producer_version = "vislam2tag", __version__
     known = {

@@ -72,7 +72,7 @@ def score(found: Positions, truth: ScanPlaces) -> Score:
     Raises ValueError where they are not.
     """
     if found.storeys != truth.storeys:
-        raise ValueError("positions and truth number their storeys differently")
+        raise ValueError("positions and truth have different storeys")
     known = found.known
     answered, true = found[known], truth[known]
     error = plane_error_m(answered, true)
@@ -205,7 +205,7 @@ def tried_models(
     walk = walk_numbers(scans, places)
     parts = list(folds(walk, _FOLDS, _SEED))
     if not parts:
-        raise DatasetError("one fingerprint alone tells nothing of models; name one by --model")
+        raise DatasetError("models cannot be compared on a single fingerprint; choose one with --model")
     truth = [(scans[held_out], places[held_out]) for _, held_out in parts]
     most = max(int(learn.sum()) for learn, _ in parts)
     begun, made, too_long = clock(), list[_Outcome](), list[str]()
@@ -252,4 +252,4 @@ def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
 
 def _left_out(name: str) -> TriedModel:
     unknown = float("nan")
-    return TriedModel(name, unknown, unknown, unknown, None, "not tried: longer than the time budget")
+    return TriedModel(name, unknown, unknown, unknown, None, "not tried: takes longer than the time budget")

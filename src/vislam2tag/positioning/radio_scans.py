@@ -39,17 +39,17 @@ class CheckedArrays:
         """Take finite numbers of ``least`` or more; ``unknown``: NaN may stand for some."""
         array = self._taken(name, "f", shape)
         if array.dtype.itemsize < 4:
-            raise ValueError(f"{name} has numbers of {array.dtype}, expected single or double precision")
+            raise ValueError(f"{name} contains {array.dtype} values, expected single or double precision")
         usable = (np.abs(array) <= _GREATEST) & (array >= least)
         if not (usable | np.isnan(array) if unknown else usable).all():
-            raise ValueError(f"{name} has numbers that are not finite, or out of its range")
+            raise ValueError(f"{name} contains numbers that are not finite, or out of range")
         return array
 
     def integers(self, name: str, *shape: Size, least: int = 0, below: float = math.inf) -> AnyArray:
         """Take whole numbers from ``least`` to ``below``, exclusive."""
         array = self._taken(name, "iu", shape)
         if array.size and not (least <= int(array.min()) and int(array.max()) < below):
-            raise ValueError(f"{name} has numbers out of its range")
+            raise ValueError(f"{name} contains numbers out of range")
         return array
 
     def booleans(self, name: str, *shape: Size) -> AnyArray:
@@ -64,13 +64,13 @@ class CheckedArrays:
             raise ValueError(f"{name} is missing")
         array = self._arrays[name]
         if array.dtype.kind not in kinds:
-            raise ValueError(f"{name} has numbers of {array.dtype}")
+            raise ValueError(f"{name} contains {array.dtype} values")
         if array.ndim != len(shape):
             raise ValueError(f"{name} has {array.ndim} axes, expected {len(shape)}")
         for size, found in zip(shape, array.shape, strict=True):
             known = self.sizes.setdefault(size, found) if isinstance(size, str) else size
             if found != known or not found:
-                raise ValueError(f"{name} has the shape {array.shape}, which does not fit the rest")
+                raise ValueError(f"{name} has the shape {array.shape}, which does not fit the other arrays")
         return array
 
 
@@ -187,7 +187,7 @@ class RadioScans:
         start = arrays.integers("start", "ends", below=len(column) + 1)
         n = arrays.sizes.setdefault("n", len(start) - 1)
         if start[0] != 0 or start[-1] != len(column) or (np.diff(start) < 0).any() or len(start) != n + 1:
-            raise ValueError("start has other numbers of readings than there are")
+            raise ValueError("start does not fit the number of readings")
         return cls(
             access_points=tuple(access_points),
             start=start,

@@ -28,7 +28,7 @@ REMOVED: Mapping[str, str] = MappingProxyType(
         "knn": "use weighted-knn",
         "probabilistic": "use weighted-knn",
         "extra-trees": "use weighted-knn",
-        "combined": "train without --model, which takes the best one",
+        "combined": "train without --model, which chooses the best model",
         "cell-density-networks": "use cell-density",
     }
 )
@@ -81,8 +81,9 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         usable = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
         if not usable.any():
             raise DatasetError(
-                "no fingerprint to learn from: none is labelled and hears an access point; "
-                "look at labelled_share and readings in fingerprints.parquet"
+                "no fingerprint to learn from: none has both a label and a reading; check labelled_share and readings "
+                "in "
+                "fingerprints.parquet"
             )
         scans, places = scans[usable], places[usable]
         heard = np.bincount(scans.column, minlength=len(scans.access_points)) > 0
@@ -152,9 +153,9 @@ def model_named(name: str, **parameters: Any) -> Positioner:
         if parameter not in own and (removed := removed_parameter(name, parameter)):
             raise UsageError(removed)
         if parameter not in own:
-            raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
+            raise UsageError(f"model {name} has no parameter '{parameter}'; it has: {', '.join(own)}")
         if not _alike(value, own[parameter]) or (parameter == "seed" and value < 0):
-            raise UsageError(f"model {name}: {parameter}={value!r}: give something like {own[parameter]!r}")
+            raise UsageError(f"model {name}: {parameter}={value!r}: expected a value such as {own[parameter]!r}")
     return factory(**parameters)
 
 

@@ -57,10 +57,10 @@ LOST_SIGN: FindingKind = "lost_sign"
 FILLER: FindingKind = "unstated_filler"
 Fields = tuple[str, str, str, str, str]
 """Scan, access point, level, session and time as text; empty where it is not said."""
-_LEFT_OUT = "these lines are left out"
+_LEFT_OUT = "these lines are skipped"
 _MESSAGES: dict[FindingKind, str] = {
-    MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; {_LEFT_OUT}",
-    UNTIMED: "time_ns is not a whole number; these scans are located alone, outside their session",
+    MALFORMED: f"expected {', '.join(COLUMNS)}, with a number as level; {_LEFT_OUT}",
+    UNTIMED: "time_ns is not a whole number; these scans are located one by one, without their session",
 }
 
 
@@ -194,8 +194,9 @@ def _gathered(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator
         if scan_id != last:
             if scan_id in gathered.ids:
                 raise DatasetError(
-                    f"{path}, line {line}: scan {scan_id} comes again after another; the readings of a scan must stand "
-                    "together: sort the file by scan_id"
+                    f"{path}, line {line}: scan {scan_id} appears again after another scan; the readings of a scan "
+                    "must be on "
+                    "successive lines: sort the file by scan_id"
                 )
             session, time_ns = _walk(fields, line, bad)
             if gathered.full(session):
@@ -254,7 +255,9 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
                 else:
                     yield line, fields
     except OSError as error:
-        raise DatasetError(f"{path}: cannot be read ({error.strerror}); give CSV, JSON lines or a data set") from error
+        raise DatasetError(
+            f"{path}: cannot be read ({error.strerror}); pass a CSV file, JSON lines or a data set"
+        ) from error
 
 
 def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
@@ -265,7 +268,7 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
         header = []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
-        apart = " and have commas between fields, not ;" if any(";" in name for name in header) else ""
+        apart = " and separate fields by commas, not semicolons" if any(";" in name for name in header) else ""
         raise DatasetError(
             f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}{apart}"
         )
@@ -325,7 +328,10 @@ class Tracks:
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
             self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
             if not self._tables:
-                raise DatasetError(f"{path}: holds no trajectory/*.parquet; give what process wrote, or a CSV")
+                raise DatasetError(
+                    f"{path}: contains no trajectory/*.parquet; pass the output folder of `vislam2tag process`, or a "
+                    "CSV file"
+                )
         else:
             table = _csv(path)
             names = table["session"].drop_nulls().unique().to_list()
@@ -358,7 +364,7 @@ class Tracks:
             )
         except (pl.exceptions.PolarsError, OSError) as error:
             reason = str(error).splitlines()[0]
-            raise DatasetError(f"{self._path}: no track of session {session} ({reason})") from error
+            raise DatasetError(f"{self._path}: cannot read the track of session {session} ({reason})") from error
         if seen.is_empty():
             return np.full((len(time_ns), 2), np.nan)
         known = seen["time_ns"].to_numpy()
@@ -376,5 +382,5 @@ def _csv(path: Path) -> pl.DataFrame:
         table = read_csv(path, schema_overrides=_COLUMNS, columns=list(_COLUMNS))
     except (pl.exceptions.PolarsError, OSError) as error:
         reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: is no track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error
+        raise DatasetError(f"{path}: not a track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error
     return table

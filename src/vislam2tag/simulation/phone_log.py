@@ -54,7 +54,7 @@ def phone_log(session: SimulatedSession, key: SessionKey, seed: int) -> PhoneLog
     """Make all tables of a session; raises ValueError where traps have changed its tracker's log."""
     tracker = session.tracker
     if tracker.motion is None:
-        raise ValueError("the phone's format tells of the tracker what traps have changed")
+        raise ValueError("sessions in the phone app's format cannot have traps")
     start_ns, end_ns = int(session.walk.time_ns[0]), int(session.walk.time_ns[-1])
     tables = {
         "CameraPose": _camera(tracker, tracker.motion, monotonic=_images_are_monotonic(key.device)),

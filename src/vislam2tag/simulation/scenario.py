@@ -136,7 +136,7 @@ def regular_survey(
         raise TypeError(f"regular_survey() got unexpected keyword arguments: {', '.join(sorted(unknown))}")
     level, climb = severity_level(severity), more.get("climb")
     if climb is not None and len(floors) < 2:
-        raise ValueError("walks that change floors need two floors at least")
+        raise ValueError("walks that change floors need at least two floors")
     walk, day = more.get("walk"), more.get("day", WALKING_DAY)
     walks = _planned_walks(floors, devices, sessions, seed, level, duration_s, day, walk)
     planned = tuple(replace(session, climb=climb) for session in walks)

@@ -211,16 +211,16 @@ def _check(floor: SiteFloor) -> None:
     """Raise SurveyError for a floor that has too few landmarks, or one where nobody can pass it."""
     if len(floor.landmarks.ids) < 2:
         raise SurveyError(
-            f"floor {floor.number}: has {len(floor.landmarks.ids)} landmarks with a position, a survey needs two; plan "
-            "some: vislam2tag plan"
+            f"floor {floor.number}: it has {len(floor.landmarks.ids)} landmarks with a position, but a survey needs "
+            "two; plan some with `vislam2tag plan`"
         )
     off = _off_walls(floor.space, floor.landmarks.position_bcs)[0]
     far = np.flatnonzero((off > _OFF_FLOOR_M) & ~floor.space.inside(floor.landmarks.position_bcs))
     if len(far):
         x, y = floor.landmarks.position_bcs[far[0]].tolist()
         raise SurveyError(
-            f"floor {floor.number}: landmark {floor.landmarks.ids[far[0]]} at ({x:.2f}, {y:.2f}) lies "
-            f"{off[far[0]]:.1f} m off the walkable space; correct its position or the walkable space (--mask)"
+            f"floor {floor.number}: landmark {floor.landmarks.ids[far[0]]} at ({x:.2f}, {y:.2f}) is "
+            f"{off[far[0]]:.1f} m from the walkable space; correct its position or the walkable space (--mask)"
         )
 
 
@@ -288,7 +288,7 @@ def _floor_of(site: Site, number: int, root: Path) -> Floor:
         return site.floor(number)
     except KeyError as error:
         there = ", ".join(str(floor.number) for floor in site.floors)
-        raise SurveyError(f"{root}: has no floor {number}; there are: {there}") from error
+        raise SurveyError(f"{root}: the site has no floor {number}; it has: {there}") from error
 
 
 def _site_floor(

@@ -230,7 +230,7 @@ def check_traps(names: Iterable[str]) -> frozenset[str]:
     traps = frozenset(names)
     unknown = sorted(traps - TRAP_FINDINGS.keys())
     if unknown:
-        raise UsageError(f"no such trap: {', '.join(unknown)}; known: {', '.join(TRAP_FINDINGS)}")
+        raise UsageError(f"no such trap: {', '.join(unknown)}; traps are: {', '.join(TRAP_FINDINGS)}")
     return traps
 
 

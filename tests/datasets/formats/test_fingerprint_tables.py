@@ -182,7 +182,7 @@ def test_heights_between_floors_and_broken_dates_are_findings(tmp_path: Path) ->
             {"Training_coordinates_21Aug17.csv": "1,2,3\n"},
             "has no training rss.csv; expected rss, coordinates",
         ),
-        ("tampere", {}, "expected the Tampere quartet"),
+        ("tampere", {}, "expected the four files of the Tampere data set"),
         ("uji-library", {"01/trn01rss.csv": "-90\n", "01/trn01crd.csv": "1,2,3\n"}, r"month 01 has no trn01tms\.csv"),
         ("uji-library", {}, "holds no MM/trnNNrss"),
     ],

@@ -71,7 +71,7 @@ def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:
         ({"parameters": {"neighbours": 3}}, "has no parameter 'neighbours'"),
         ({"seed": 1}, "--seed: nothing in weighted-knn is random"),
         ({"fold": "Pixel"}, "--fold Pixel: belongs to a split"),
-        ({"split": "moon"}, "--split moon: the data set has no such split; there are: block, day, device"),
+        ({"split": "moon"}, "--split moon: the data set has no such split; its splits: block, day, device"),
         ({"split": "device"}, "--fold: choose one of split device: Galaxy, Pixel"),
         ({"split": "device", "fold": "Nokia"}, "--fold Nokia: choose one of split device"),
     ],
@@ -91,7 +91,7 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
     assert entries["model"] == "multi-cel"
     assert '"dataset":"small"' in entries["origin"]
     assert load_model(tmp_path / "model.v2t").name == "multi-cel"
-    with pytest.raises(UsageError, match="only networks and cell-density are"):
+    with pytest.raises(UsageError, match="only networks and cell-density can"):
         trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.onnx")
     with pytest.raises(UsageError, match="is the file of --out"):
         trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.v2t")
@@ -121,5 +121,5 @@ def test_other_faults_are_told(folder: Path, tmp_path: Path) -> None:
         trained(folder, tmp_path / "absent" / "model.v2t")
     with pytest.raises(DatasetError, match="no labelled fingerprint of technology ble"):
         trained(folder, tmp_path / "model.v2t", technology="ble")
-    with pytest.raises(DatasetError, match="is no data set"):
+    with pytest.raises(DatasetError, match="not a data set"):
         trained(tmp_path, tmp_path / "model.v2t")

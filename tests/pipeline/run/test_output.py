@@ -143,7 +143,7 @@ def test_what_is_not_ours_stays_whatever_is_told(tmp_path: Path, record: str) ->
 def test_a_survey_stays_whatever_is_told(tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text('{"program": "vislam2tag evaluate"}')
     (tmp_path / "floor_1" / "LG" / "first").mkdir(parents=True)
-    with pytest.raises(OutputError, match="holds folders of a survey"), claim(tmp_path, {}, replace=True):
+    with pytest.raises(OutputError, match="contains the floor folders of a survey"), claim(tmp_path, {}, replace=True):
         pass
     assert (tmp_path / "floor_1" / "LG" / "first").is_dir()
 

@@ -51,7 +51,7 @@ _OUR_ID = r"^(.+)/[a-z]+/\d{6}$"
 """Ids that this program writes begin with the walk."""
 _VALIDATION = "validation"
 """Read as a test set: the package gives it to data sets whose test set is called so."""
-_ORPHANS = "levels of samples that Samples.csv does not have are left out"
+_ORPHANS = "levels of samples that are not in Samples.csv are skipped"
 
 
 def recognises(path: Path) -> bool:
@@ -73,13 +73,13 @@ def read(path: Path, context: ImportContext) -> Dataset:
     findings = (*odd, *finding_if(unknown, "unknown_samples", _ORPHANS, "RSSI.csv", Severity.WARNING))
     inputs = {name: sha256_of(file) for name, file in files.items()}
     content = SetContent(PointFingerprints(rows.drop("sample_id"), heard), inputs, findings)
-    return SetDescription("comford", frame="as the files have it, metres").dataset(path, content)
+    return SetDescription("comford", frame="that of the files, metres").dataset(path, content)
 
 
 def _file(path: Path, folder: Path, name: str) -> Path:
     found = sorted(file for file in folder.rglob("*") if file.name == name)
     if len(found) != 1:
-        raise DatasetError(f"{path}: holds {len(found)} files {name}, expected one")
+        raise DatasetError(f"{path}: contains {len(found)} files {name}, expected one")
     return found[0]
 
 
@@ -123,9 +123,7 @@ def _rows(file: Path, samples: pl.DataFrame, technologies: pl.DataFrame) -> pl.D
     ).with_columns(date=pl.from_epoch("time_ns", time_unit="ns").dt.date())
     wrong = typed.filter(pl.any_horizontal(pl.col("x", "y", "floor").is_null()))
     if wrong.height:
-        raise DatasetError(
-            f"{file}: line {wrong['row'][0] + 2}: x, y and floor must be numbers; a sample without them has no place"
-        )
+        raise DatasetError(f"{file}: line {wrong['row'][0] + 2}: x, y and floor must be numbers")
     together = pl.concat_str("device", "user", pl.col("date").cast(pl.String), separator=".", ignore_nulls=True)
     return typed.with_columns(session=pl.coalesce(pl.col("sample_id").str.extract(_OUR_ID), together))
 

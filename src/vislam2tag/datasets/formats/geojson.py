@@ -57,7 +57,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 def _head(dataset: Dataset, *, georeferenced: bool) -> str:
     head: dict[str, object] = {"type": "FeatureCollection", "name": dataset.info.name}
     if not georeferenced:
-        head |= {"crs": None, "frame": f"{dataset.info.frame}; no longitude and latitude"}
+        head |= {"crs": None, "frame": f"{dataset.info.frame}; not longitude and latitude"}
     return json.dumps(head, ensure_ascii=False)[:-1] + ', "features": [\n'
 
 
@@ -91,8 +91,8 @@ def _coordinates(points: pl.DataFrame, known: Mapping[_Floor, Georeference]) -> 
 def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(floors))
     message = (
-        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; one "
-        "that site.toml has got since reaches a data set that is made anew with dataset --survey"
+        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; after "
+        "you add a georeference to site.toml, make the data set again with `dataset --survey`"
     )
     return finding_if(len(floors), "no_georeference", message, FILE)
 

@@ -71,7 +71,7 @@ def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
             if any(map(looks_like_a_log, first_bytes_of_files(file, "", _HEAD_BYTES)))
         ]
     if not files or not looks_like_a_log(_bytes(files[0])[:_HEAD_BYTES]):
-        raise DatasetError(f"{path}: holds no log; expected lines like WIFI;12.345;678.910;SSID;BSSID;RSS")
+        raise DatasetError(f"{path}: contains no log; expected lines such as WIFI;12.345;678.910;SSID;BSSID;RSS")
     names = [".".join(file.relative_to(folder).with_suffix("").parts) for file in files]
     return sorted(zip(unique_slugs(names), files, strict=True))
 
@@ -94,7 +94,7 @@ def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
     """The tap nearest to the median of all; raises DatasetError where there is none."""
     position = np.concatenate([each.position for each in taps])
     if not len(position):
-        raise DatasetError(f"{path}: no log has a POSI row that names a place; without any, nothing can be labelled")
+        raise DatasetError(f"{path}: no log has a POSI row with a place, so nothing can be labelled")
     off = np.linalg.norm(position - np.median(position, axis=0), axis=1)
     longitude, latitude = position[np.argmin(off)].tolist()
     return Georeference(latitude_deg=latitude, longitude_deg=longitude)
@@ -121,7 +121,7 @@ def _walk(slug: str, file: Path, places: Sequence[Storey], centre: Georeference,
     index = np.array([places.index(place) for place in _places(taps)], dtype=np.int64)
     findings = list(log.findings)
     if far := len(log.taps.app_s) - len(taps.app_s):
-        message = "POSI rows lie more than ten kilometres from the others; they are no taps"
+        message = "POSI rows more than ten kilometres from the others are not used as taps"
         findings.append(Finding(kind="far_taps", file=file.name, count=far, message=message))
     return LoggedWalk(
         slug=slug,

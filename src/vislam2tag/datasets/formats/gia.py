@@ -118,9 +118,9 @@ def _root(path: Path, folder: Path) -> Path:
     """The folder that holds the floors: an archive may have it inside another."""
     found = sorted(folder.rglob(WIFI_FILE))
     if not found:
-        raise DatasetError(f"{path}: holds no floor_K/DEVICE/SESSION/{WIFI_FILE}")
+        raise DatasetError(f"{path}: contains no floor_K/DEVICE/SESSION/{WIFI_FILE}")
     if len(found[0].relative_to(folder).parts) < 4:
-        raise DatasetError(f"{found[0]}: lies not in a folder floor_K/DEVICE/SESSION, which says where it is from")
+        raise DatasetError(f"{found[0]}: not in a folder floor_K/DEVICE/SESSION, so floor and device are unknown")
     return found[0].parents[3]
 
 
@@ -128,7 +128,7 @@ def _sessions(path: Path, root: Path) -> list[_AnnotatedSession]:
     folders, _ = session_folders(root)
     found = [(key, folder) for key, folder in folders if (folder / WIFI_FILE).is_file()]
     if not found:
-        raise DatasetError(f"{path}: holds no floor_K/DEVICE/SESSION/{WIFI_FILE}")
+        raise DatasetError(f"{path}: contains no floor_K/DEVICE/SESSION/{WIFI_FILE}")
     slugs = session_slugs([key for key, _ in found])
     sessions = [
         _AnnotatedSession(key, slug, folder / WIFI_FILE, folder / SENSORS_FILE)
@@ -219,7 +219,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
                     _copy_session(here.folder, own, session, private, lost)
         context.progress(result.session, len(opened.sessions))
     if not written:
-        raise DatasetError(f"{labels}: no reading of it has a position; its report.html says why")
+        raise DatasetError(f"{labels}: none of its readings has a position; report.html gives the reason")
     if context.survey:
         left_out = (*left_out, *_copy_site(context.survey, folder, context))
     return (*left_out, *private.findings, *pooled(lost))
@@ -231,7 +231,7 @@ def _write_session(
     wifi = _placed(session.table("wifi", LABELLED["wifi"]), result.floor, lost)
     sensors = _placed(session.table("sensors", LABELLED["sensors"]), result.floor, lost)
     if not wifi["x"].count() and not sensors["x"].count():
-        lost += finding_if(1, "unmapped_sessions", "sessions without a labelled reading are left out")
+        lost += finding_if(1, "unmapped_sessions", "sessions without a labelled reading are skipped")
         return False
     place = (pl.col("x").alias("x_coord"), pl.col("y").alias("y_coord"))
     annotated = private.hidden(wifi).select(
@@ -258,16 +258,20 @@ def _placed(rows: pl.DataFrame, floor: int, lost: list[Finding]) -> pl.DataFrame
     elsewhere = pl.col("x").is_not_null() & (pl.col("floor") != floor)
     uncertain = pl.col("x").is_not_null() & (pl.col("status") == "uncertain")
     losses: tuple[tuple[FindingKind, pl.Expr, str], ...] = (
-        ("rows_outside", outside, "rows outside the frames, or after the mapped part of their walk, are left out"),
+        ("rows_outside", outside, "rows outside the frames, or after the mapped part of their walk, are skipped"),
         (
             "other_floor",
             elsewhere,
-            "rows on another floor than their folder's lose their position: the layout has no column for a floor",
+            (
+                "rows on a floor other than that of their folder lose their position, because the layout has no floor "
+                "column"
+            ),
         ),
         (
             "uncertain_left_out",
             uncertain & ~elsewhere,
-            "uncertain rows lose their position: the layout cannot say how sure one is; process --max-sigma-m decides",
+            "uncertain rows lose their position, because the layout cannot store a standard deviation; "
+            "`process --max-sigma-m` sets the limit",
         ),
     )
     for kind, mask, message in losses:
@@ -286,7 +290,7 @@ def _shortest(levels: pl.Series) -> pl.Expr:
 def _raw_session(raw: Mapping[SessionKey, SessionRef], result: SessionResult, survey: Path) -> SessionRef:
     key = SessionKey(result.floor, result.device, result.session)
     if key not in raw:
-        raise UsageError(f"--survey {survey}: has no session {key}; give the survey that the labels were made of")
+        raise UsageError(f"--survey {survey}: no session {key}; pass the survey that the labels were made from")
     return raw[key]
 
 
@@ -295,8 +299,8 @@ def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -
         file = here.folder / account.name
         if account.role != "companion" and (not file.is_file() or sha256_of(file) != account.sha256):
             raise UsageError(
-                f"--survey {survey}: {here.key}: {account.name} is not what the labels were made of; run `vislam2tag "
-                "process` again"
+                f"--survey {survey}: {here.key}: {account.name} has changed since the labels were made; run "
+                "`vislam2tag process` again"
             )
 
 
@@ -315,7 +319,7 @@ def _copy_session(
             rows = session.table("wifi", ("row", "bssid", "ssid"))
             target.write(file.name, hidden_wifi_file(read_bytes(file), private.hidden(rows)))
         else:
-            lost += finding_if(1, "raw_files_left_out", "raw files that may tell what is hidden are left out")
+            lost += finding_if(1, "raw_files_left_out", "raw files that may reveal hidden data are skipped")
 
 
 def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Finding]:

@@ -64,7 +64,7 @@ def _numbers_of(rows: pl.DataFrame, name: str, words: pl.Series) -> Hdf5Column:
     """Numbers that stand for names."""
     numbers = dict(zip(words, range(len(words)), strict=True))
     found = rows[name].replace_strict(numbers, default=UNKNOWN_NUMBER, return_dtype=pl.Int32)
-    return found.to_numpy(), None, f"row of vocabularies/{name}; {UNKNOWN_NUMBER}: not known"
+    return found.to_numpy(), None, f"row of vocabularies/{name}; {UNKNOWN_NUMBER} means unknown"
 
 
 def _fill(

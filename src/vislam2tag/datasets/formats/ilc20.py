@@ -78,7 +78,7 @@ def find_sites(root: Path) -> Ilc20Sites:
             found.append((path, Storey(folder.parent.name, number), folder.name))
     if not found:
         raise DatasetError(
-            f"{root}: holds no trace; expected SITE/FLOOR/{TRACES}/*.txt with floors called F1, B1, L2 ..."
+            f"{root}: contains no trace; expected SITE/FLOOR/{TRACES}/*.txt with floors named F1, B1, L2, ..."
         )
     names = [".".join((place.building, floor, path.stem)) for path, place, floor in found]
     refs = [TraceRef(*each, slug) for each, slug in zip(found, unique_slugs(names), strict=True)]
@@ -106,7 +106,7 @@ def _floors(
     for place, name in named:
         path = described.get((place.building, name))
         if path is None:
-            message = f"floor {name} of {place.building} has no {INFO}: its extent is not known"
+            message = f"floor {name} of {place.building} has no {INFO}: its extent is unknown"
             findings.append(Finding(kind="no_floor_info", file=f"{place.building}/{name}", count=1, message=message))
         width_m, height_m = (None, None) if path is None else _extent(path)
         plan = None
@@ -124,7 +124,7 @@ def _extent(path: Path) -> tuple[float, float]:
         extent = read_json(path)["map_info"]
         width_m, height_m = float(extent["width"]), float(extent["height"])
         if not (0 < width_m <= MAX_FLOOR_M and 0 < height_m <= MAX_FLOOR_M):
-            raise ValueError("no floor is so large")
+            raise ValueError("the floor is implausibly large")
         return width_m, height_m
     except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
         raise DatasetError(
@@ -137,8 +137,9 @@ def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
         return []
     names = sorted({parts[-1] for path in left_out if (parts := _floor_folder(path.parts))})
     message = (
-        f"traces lie on floors without a number ({', '.join(names[:ROWS_NAMED])}) and are left out; call the folders "
-        "F1, F2, ... or B1, ..."
+        f"traces on floors without a number ({', '.join(names[:ROWS_NAMED])}) are skipped; name the folders F1, F2, "
+        "... "
+        "or B1, ..."
     )
     first = left_out[0].relative_to(root).as_posix()
     return [Finding(kind="unknown_floor", file=first, count=len(left_out), message=message, severity=Severity.ERROR)]
@@ -188,7 +189,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> LoggedWalk:
     taps = Waypoints(trace.taps.time_ns[inside], position, np.full(len(position), index, dtype=np.int64))
     findings = list(trace.findings)
     if not inside.all():
-        message = "waypoints lie outside the plan; they are no taps"
+        message = "waypoints outside the plan are not used as taps"
         findings.append(
             Finding(kind="taps_outside_plan", file=ref.path.name, count=int((~inside).sum()), message=message)
         )

@@ -75,7 +75,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         unmapped += not labelled.any()
         context.progress(session.slug, len(opened.sessions))
     if unmapped == len(opened.sessions):
-        raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
+        raise DatasetError(f"{labels}: none of its sessions has a position; report.html gives the reason")
     left_out = finding_if(unmapped, "unmapped_sessions", UNMAPPED)
     return (*outside, *plans_left_out, *private.findings, *left_out)
 

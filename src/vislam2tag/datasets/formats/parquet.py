@@ -110,7 +110,8 @@ def _manifest(path: Path) -> tuple[DatasetInfo, dict[str, SplitInfo]]:
         splits = {name: SplitInfo.model_validate(each) for name, each in json.loads(metadata[_SPLITS]).items()}
     except (KeyError, ValueError, ValidationError) as error:
         raise DatasetError(
-            f"{path}: its metadata does not hold the manifest that export writes, as when another program rewrote it"
+            f"{path}: the metadata does not contain the manifest that `export` writes; perhaps another program "
+            "rewrote the file. Export again"
         ) from error
     return info, splits
 

@@ -34,7 +34,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         unmapped += not _write(session, folder)
         context.progress(session.slug, len(sessions))
     if unmapped == len(sessions):
-        raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
+        raise DatasetError(f"{labels}: none of its sessions has a position; report.html gives the reason")
     return (*left_out, *finding_if(unmapped, "unmapped_sessions", UNMAPPED))
 
 

@@ -72,7 +72,7 @@ _DATE = pl.from_epoch(_SECONDS, time_unit="s").dt.date()
 TABLES = FingerprintTables(
     SetDescription("uji", frame="metres, as LONGITUDE and LATITUDE are"),
     files=re.compile(r"trainingData\.csv|validationData\.csv", re.IGNORECASE),
-    none_found="holds neither trainingData.csv nor validationData.csv",
+    none_found="contains neither trainingData.csv nor validationData.csv",
     columns=TAIL,
     access_points=re.compile(r"WAP\d+"),
     needed=("LONGITUDE", "LATITUDE", "FLOOR"),

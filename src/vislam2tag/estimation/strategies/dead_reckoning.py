@@ -28,7 +28,7 @@ class DeadReckoning:
 
     settings: DeadReckoningSettings = field(default_factory=DeadReckoningSettings)
     heights: HeightSettings = field(default_factory=HeightSettings)
-    needs: str = "accelerometer and gyroscope, and two fixes some way apart"
+    needs: str = "accelerometer and gyroscope, and two fixes at different places"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all usable frames, or none where sensors or fixes lack."""

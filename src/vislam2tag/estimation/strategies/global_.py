@@ -24,7 +24,7 @@ class GlobalMapping:
 
     transformation: type[Similarity2] | type[Affine2]
     visit_radius_m: float
-    needs: str = "two surveyed landmarks seen"
+    needs: str = "sightings of two surveyed landmarks"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all frames between the first and the last boundary by one transformation."""
@@ -54,6 +54,6 @@ def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, F
 register("global", lambda settings: GlobalMapping(Similarity2, settings.visit_radius_m))
 
 
-NEEDS = "three surveyed landmarks seen that are not on one line"
+NEEDS = "sightings of three surveyed landmarks that are not on one line"
 
 register("global-affine", lambda settings: GlobalMapping(Affine2, settings.visit_radius_m, NEEDS))

@@ -35,8 +35,8 @@ class Smoother:
     without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
     """What maps sessions that have no poses."""
     needs: str = (
-        "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed (a session without poses: "
-        "two known positions some way apart)"
+        "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading (a session without "
+        "poses: two known positions at different places)"
     )
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:

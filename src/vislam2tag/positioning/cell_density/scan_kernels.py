@@ -219,7 +219,9 @@ def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolA
         return _most_contradicted((predicted - one_hot).max(axis=1) - (predicted * one_hot).sum(axis=1), storey)
 
     nobody = np.zeros(len(scans), dtype=np.bool_)
-    return iterate("which scans others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS).state
+    return iterate(
+        "the search for scans that others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS
+    ).state
 
 
 def _changed(before: BoolArray, after: BoolArray) -> int:

@@ -128,7 +128,7 @@ class CellDensity(Positioner):
 
     def _setup(self) -> LearningSetup:
         if not 0 <= self.copies <= MOST_COPIES:
-            raise UsageError(f"copies={self.copies}: give 0 to {MOST_COPIES}")
+            raise UsageError(f"copies={self.copies}: expected 0 to {MOST_COPIES}")
         return LearningSetup(self.copies, self.seed)
 
     def _chosen(self, scans: RadioScans, places: ScanPlaces, setup: LearningSetup) -> DensityShape:
@@ -190,7 +190,10 @@ class CellDensity(Positioner):
     def remarks(self) -> Sequence[str]:
         """Say how many scans were left out."""
         count = self.density_.mislabelled
-        remark = f"{count} fingerprint{'' if count == 1 else 's'} not learned from: the others contradict the floor"
+        remark = (
+            f"{count} fingerprint{'' if count == 1 else 's'} ignored in training, because similar scans are on "
+            "another floor"
+        )
         return [remark] if count else []
 
     def torch_module(self) -> Any:

@@ -72,7 +72,7 @@ class NearestNeighbours(Positioner):
             ("representation", self.representation, list(Representation)),
         ):
             if value not in values:
-                raise UsageError(f"{name}={value}: there are {', '.join(values)}")
+                raise UsageError(f"{name}={value}: expected one of {', '.join(values)}")
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         self._check()

@@ -117,8 +117,8 @@ def lattice_over(places: ScanPlaces, cell_m: float, overlap: float) -> CellLatti
     if lattice.count > MOST_CELLS:
         width, height = size.max(axis=0) * cell_m
         raise DatasetError(
-            f"places of a floor extend over {width:.0f} x {height:.0f} m: {lattice.count} cells of {cell_m:g} m; "
-            f"correct the labels, or make cells larger (at most {MOST_CELLS} can be)"
+            f"the floor's places extend over {width:.0f} x {height:.0f} m, which is {lattice.count} cells of "
+            f"{cell_m:g} m; correct the labels, or make the cells larger (at most {MOST_CELLS} cells are possible)"
         )
     return lattice
 

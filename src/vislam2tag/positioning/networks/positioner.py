@@ -106,7 +106,7 @@ def train(
             optimiser.step()
         losses.append(_mean_loss(network, held_out, device))
         if not math.isfinite(losses[-1]):
-            raise DatasetError(f"the loss grew without bound in epoch {epoch + 1}; lower the learning rate")
+            raise DatasetError(f"the training loss diverged in epoch {epoch + 1}; lower the learning rate")
         if losses[-1] < min(losses[:-1], default=math.inf):
             best_epoch, best = epoch, copy.deepcopy(network.state_dict())
         progress(epoch + 1, settings.epochs)
@@ -150,7 +150,7 @@ def training_device(name: str) -> torch.device:
         device = torch.device(name)
         torch.empty(0, device=device)
     except (AssertionError, RuntimeError) as error:
-        raise UsageError(f"device '{name}' is not there ({str(error).splitlines()[0]}); use auto or cpu") from error
+        raise UsageError(f"device '{name}' is not available ({str(error).splitlines()[0]}); use auto or cpu") from error
     return device
 
 
@@ -202,7 +202,7 @@ def refuse_impossible(parameters: Mapping[str, Any]) -> None:
     for name in _WIDTHS:
         widths = parameters.get(name, ())
         if not all(isinstance(width, int) and width >= 1 for width in widths):
-            raise UsageError(f"{name} {widths!r}: expected the widths of layers, like [512, 256], or [] for none")
+            raise UsageError(f"{name} {widths!r}: expected layer widths such as [512, 256], or [] for no hidden layer")
     scale = parameters.get("input_scale", InputScale.MIN_MAX)
     if scale not in list(InputScale):
         raise UsageError(f"input_scale {scale!r}: expected one of {', '.join(InputScale)}")
@@ -329,12 +329,12 @@ class NetworkPositioner(Positioner):
         # Widths that no array has would be allocated before they are found not to fit.
         sizes = {size for array in arrays.values() for size in array.shape}
         if not {width for name in _WIDTHS for width in self.get_params().get(name, ())} <= sizes:
-            raise ValueError("arrays do not fit the model: none has the widths of its layers")
+            raise ValueError("the arrays do not fit the model: the widths of its layers are missing")
         try:
             locator = self._empty_locator(arrays).double()
             locator.load_state_dict({name: torch.tensor(value) for name, value in arrays.items()})
         except (KeyError, RuntimeError) as error:
-            raise ValueError(f"arrays do not fit the model: {error}") from error
+            raise ValueError(f"the arrays do not fit the model: {error}") from error
         self.locator_ = locator.eval()
 
 
