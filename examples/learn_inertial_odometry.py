@@ -1,4 +1,4 @@
-"""Learn how far somebody walks in a second from accelerometer and gyroscope alone, and walk on by it."""
+"""Learn how far someone walks in a second from accelerometer and gyroscope alone, and walk on by it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The table of access points: how often, where and how loud each was heard, and which do not stay in one place.
 
-Flags are null where the identifier is no address (``WAP001``): such data sets have taken the addresses out.
+Flags are null if the identifier is no address (``WAP001``): such data sets have taken the addresses out.
 
 An access point sends one beacon for each of its networks: which addresses are one radio? Manufacturers count such
 addresses in the last hex digits (``..:40``, ``..:41``) or set the local bit and count in the first octet (``cc:..``,
@@ -70,7 +70,7 @@ def _addresses_of_one() -> pl.Expr:
 
 
 def _same_moment() -> pl.Expr:
-    """Whether both were heard at once; where there are no times, the scan has to do."""
+    """Whether both were heard at once; if there are no times, the scan has to do."""
     return ((pl.col("time_ns") - pl.col("time_ns_other")).abs() <= SAME_MOMENT_NS).fill_null(True)
 
 
@@ -157,9 +157,9 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
 
     ``mobile``: heard strongly at two places too far apart for one position (``FAR_APART_M``, ``FLOORS_APART``, or in
     two buildings), or named as phones name their hotspots. A phone that stayed in one corner under a name of its
-    owner's is missed; a repeater that copies an address is flagged. Null where neither position nor name is known.
+    owner's is missed; a repeater that copies an address is flagged. Null if neither position nor name is known.
 
-    ``nomap``: one of its names ends in ``_nomap``; null where no name is known.
+    ``nomap``: one of its names ends in ``_nomap``; null if no name is known.
     """
     totals = _running_totals()
     for tables in each_session(fingerprints, readings):

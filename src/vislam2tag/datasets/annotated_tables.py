@@ -49,7 +49,7 @@ _NEEDED = {WIFI_FILE: ("id", "time", "mac"), SENSORS_FILE: ("time", "type")}
 def read_annotated(path: Path) -> pl.DataFrame:
     """Read one of :data:`ANNOTATED_FILES`, known by its name; white space around fields goes, what is empty is null.
 
-    Raises DatasetError, naming file and line, where it has other columns or a number is none.
+    Raises DatasetError, naming file and line, if it has other columns or a number is none.
     """
     columns = ANNOTATED_FILES[path.name]
     lines = _lines(path, columns)
@@ -231,7 +231,7 @@ def hidden_wifi_file(data: bytes, rows: pl.DataFrame) -> bytes:
     """Keep the lines of these rows, with the bssid and ssid that they have now.
 
     ``rows``: ``row`` (line, from 1), ``bssid``, ``ssid``. Lines that could not be read have no row: they go, since
-    nobody knows what they tell.
+    no one knows what they tell.
     """
     lines = data.split(b"\n")
     kept = [_line(lines[row - 1], bssid, ssid) for row, bssid, ssid in rows.sort("row").iter_rows()]

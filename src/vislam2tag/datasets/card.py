@@ -41,7 +41,7 @@ _KINDS: Mapping[str, str] = {
 
 
 def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
-    """Write ``README.md``; what nobody stated stands there as not stated."""
+    """Write ``README.md``; what no one stated stands there as not stated."""
     info = dataset.info
     context: dict[str, Any] = {
         "front_matter": card_metadata.front_matter(info),

@@ -103,7 +103,7 @@ ORCID_URL = "https://orcid.org/"
 
 
 def citation_text(info: DatasetInfo) -> str | None:
-    """Write ``CITATION.cff``; None where no creator is stated, without whom the format allows none."""
+    """Write ``CITATION.cff``; None if no creator is stated, without whom the format allows none."""
     if not info.creators:
         return None
     url = licence_url(info.licence) if info.licence else None
@@ -128,7 +128,7 @@ def citation_text(info: DatasetInfo) -> str | None:
 
 
 def bibtex(info: DatasetInfo) -> str | None:
-    """Write the set as an entry of BibTeX; None where no creator is stated."""
+    """Write the set as an entry of BibTeX; None if no creator is stated."""
     if not info.creators:
         return None
     fields = {
@@ -167,7 +167,7 @@ REQUIRED = ("creators", "publisher", "published")
 
 
 def datacite_text(info: DatasetInfo) -> str | None:
-    """Write ``datacite.json``; None where a field that the schema requires is not stated."""
+    """Write ``datacite.json``; None if a field that the schema requires is not stated."""
     if not all(getattr(info, name) for name in REQUIRED) or info.published is None:
         return None
     fields: dict[str, Any] = {

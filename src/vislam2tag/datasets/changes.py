@@ -60,7 +60,7 @@ class Changes:
     offsets_db: Mapping[tuple[str, str], float]
     """Of each survey and device."""
     access_points: pl.DataFrame
-    """bssid, ssid; where each survey heard it loudest: base_floor, base_x, base_y, later_floor, later_x, later_y;
+    """bssid, ssid; where each survey heard it strongest: base_floor, base_x, base_y, later_floor, later_x, later_y;
     change, places (compared), score, difference_db (mean, later - base)."""
     places: pl.DataFrame
     """building, floor, base, later (scans), x, y (centre), change, score, size_db (root mean square change over its
@@ -237,7 +237,7 @@ def _access_points(names: pl.DataFrame, points: pl.DataFrame, sums: PlaceSums, c
 
 
 def _loudest(sums: PlaceSums, survey: str, cell_m: float) -> pl.DataFrame:
-    """Where a survey heard each access point loudest: the place with the greatest mean."""
+    """Where a survey heard each access point strongest: the place with the greatest mean."""
     heard = sums.heard.filter(pl.col(f"heard_{survey}") > 0).join(sums.places, on=PLACE)
     mean = (pl.col(f"sum_{survey}") / pl.col(f"walks_{survey}")).round(6)
     loudest = heard.sort(mean, *PLACE, descending=[True, *(False for _ in PLACE)]).group_by(
@@ -295,7 +295,7 @@ CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
 
 
 class SurveyDeviceOffset(Record):
-    """How much louder a phone hears than the mean of all phones, dB."""
+    """How much stronger a phone hears than the mean of all phones, dB."""
 
     survey: str
     """``base`` or ``later``."""
@@ -314,7 +314,7 @@ class ChangedPoint(Record):
     base_floor: int | None
     base_x: float | None
     base_y: float | None
-    """Where the base heard it loudest."""
+    """Where the base heard it strongest."""
     later_floor: int | None
     later_x: float | None
     later_y: float | None

@@ -1,4 +1,4 @@
-"""Whether two data sets (or labelled folders) are the same within a tolerance, and where they are not.
+"""Whether two data sets (or labelled folders) are the same within a tolerance, and if they are not.
 
 Two folders are compared by tables with the same keys: data sets, labels that ``process`` wrote, or the published
 labelled layout.
@@ -39,7 +39,7 @@ class ColumnDifference(Record):
     column: str
     rows: int
     greatest: float | None
-    """Greatest difference in the column's unit; None where values are no numbers, or one is missing."""
+    """Greatest difference in the column's unit; None if values are no numbers, or one is missing."""
     where: str
     """Key of the row with the greatest difference, else of the first that differs."""
 
@@ -143,7 +143,7 @@ def _difference(
 
 
 def _size(pairs: pl.DataFrame, name: str) -> pl.Series:
-    """How much a column differs in each pair of rows; infinite where values cannot be subtracted and are unequal."""
+    """How much a column differs in each pair of rows; infinite if values cannot be subtracted and are unequal."""
     one, other = pairs[name], pairs[f"{name}_other"]
     unequal = one.ne_missing(other)
     size = pl.select(pl.when(unequal).then(float("inf")).otherwise(0.0)).to_series()
@@ -161,7 +161,7 @@ def _size(pairs: pl.DataFrame, name: str) -> pl.Series:
 
 
 def _greatest_in_lists(one: pl.Series, other: pl.Series) -> pl.Series:
-    """Greatest difference between two lists of numbers of one length; null where lengths differ."""
+    """Greatest difference between two lists of numbers of one length; null if lengths differ."""
     lists = pl.DataFrame({"one": one, "other": other}).with_row_index("row")
     equal = lists.filter(pl.col("one").list.len() == pl.col("other").list.len()).explode("one", "other")
     greatest = equal.group_by("row").agg(apart=(pl.col("one") - pl.col("other")).abs().max().cast(pl.Float64))
@@ -194,7 +194,7 @@ class ComparedFolder:
 
 
 def comparable(folder: Path) -> ComparedFolder:
-    """Look what a folder holds; raises UsageError where it is nothing that can be compared."""
+    """Look what a folder holds; raises UsageError if it is nothing that can be compared."""
     if is_dataset(folder):
         return _of_dataset(open_dataset(folder))
     if _is_output(folder):
@@ -291,7 +291,7 @@ def compare(first: AnyPath, second: AnyPath, tolerance: float, progress: Progres
     """Compare two folders, or addresses of folders in object storage, one table of one session at a time.
 
     ``tolerance``: metres for positions, the own unit of any other column with fractions.
-    Raises UsageError where the folders contain nothing to compare or different kinds, DatasetError where a
+    Raises UsageError if the folders contain nothing to compare or different kinds, DatasetError if a
     table cannot be read.
     """
     first, second = Path(first), Path(second)

@@ -75,7 +75,7 @@ class FloorCoverage:
 
     @property
     def share(self) -> float | None:
-        """Share of the walkable cells that are covered; None where there is no walkable cell."""
+        """Share of the walkable cells that are covered; None if there is no walkable cell."""
         walkable = int(self.walkable.sum())
         return int(self.covered.sum()) / walkable if walkable else None
 
@@ -112,7 +112,7 @@ def coverage(
 
 
 def _known_within(positions: pl.LazyFrame, sigma: str, radius_m: float) -> pl.LazyFrame:
-    """Leave out positions less sure than the radius: nobody may have been there. An unknown sigma tells nothing."""
+    """Leave out positions less sure than the radius: no one may have been there. An unknown sigma tells nothing."""
     return positions.filter(pl.col(sigma).fill_null(0.0) <= radius_m)
 
 
@@ -134,7 +134,7 @@ class _CellCounts:
 
     @classmethod
     def of(cls, walkable: Mapping[Storey, WalkableArea], cell_m: float) -> _CellCounts:
-        """Begin without any; ``cell_m`` is the side of cells where no walkable area has its own."""
+        """Begin without any; ``cell_m`` is the side of cells if no walkable area has its own."""
         counts = {**_CELL, "device": pl.String(), "count": pl.Int64()}
         return cls(
             _grid_table(walkable),
@@ -218,7 +218,7 @@ def _laid(grid: CellGrid, counts: pl.DataFrame) -> IntArray:
 
 
 def _distance_m(found: BoolArray, cell_m: float) -> FloatArray:
-    """Metres (rows, columns) from each cell's centre to that of the nearest ``found`` one; infinite where none is."""
+    """Metres (rows, columns) from each cell's centre to that of the nearest ``found`` one; infinite if none is."""
     if not found.any():
         return np.full(found.shape, np.inf)
     return np.asarray(distance_transform_edt(~found, sampling=cell_m), dtype=np.float64)
@@ -342,7 +342,7 @@ class FloorCoverageRecord(Record):
     walkable_m2: float
     covered_m2: float
     share: float | None
-    """None where only the fingerprints themselves tell what is walkable."""
+    """None if only the fingerprints themselves tell what is walkable."""
     fingerprints: int
     far: int
     """Fingerprints too far from the others to be counted."""

@@ -162,7 +162,7 @@ _PARTS: Mapping[str, type[Record]] = {
 def read_description(path: Path) -> Description:
     """Read a ``dataset.toml``.
 
-    Raises DatasetError, naming file and field, where it cannot be read or says what a description cannot be.
+    Raises DatasetError, naming file and field, if it cannot be read or says what a description cannot be.
     """
     try:
         values = read_toml_values(path)
@@ -181,7 +181,7 @@ def read_description(path: Path) -> Description:
 def with_description(info: DatasetInfo, description: Description) -> DatasetInfo:
     """Put a description into a manifest; what it does not say stays as it is.
 
-    Raises DatasetError where it describes a floor that the set does not have.
+    Raises DatasetError if it describes a floor that the set does not have.
     """
     names = description.model_fields_set - {"floors"}
     stated = {name: value for name in names if (value := getattr(description, name)) or name not in _PARTS}
@@ -204,7 +204,7 @@ def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]
 
 
 def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
-    """Return the fields that whoever publishes a set should state and nobody has, in the template's order."""
+    """Return the fields that whoever publishes a set should state and no one has, in the template's order."""
     wanted = ("title", "description", "licence", "creators", "keywords", "version", "published", "publisher", "contact")
     return tuple(name for name in wanted if not getattr(info, name))
 

@@ -162,7 +162,7 @@ class FingerprintTables:
         return {LEVELS, *list(self.companions)[:1]} <= roles
 
     def read(self, path: Path, context: ImportContext) -> Dataset:
-        """Read all files at a path; raises DatasetError where a file is no such table or one is missing."""
+        """Read all files at a path; raises DatasetError if a file is no such table or one is missing."""
         return self.about.dataset(path, self.content(self.rows(path, context)))
 
     def rows(self, path: Path, context: ImportContext) -> SetContent:

@@ -42,7 +42,7 @@ def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
     """Give a labelled table the columns of ``wifi``, whatever its technology.
 
     A BLE beacon is identified by ``UUID-MAJOR-MINOR`` where it tells them, as its address may change at any time, and
-    by its address where it does not. BLE has no scans (null) and does not tell its frequency.
+    by its address if it does not. BLE has no scans (null) and does not tell its frequency.
     """
     if technology == WIFI:
         return table
@@ -58,10 +58,10 @@ def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
 def mean_position(placed: pl.Expr) -> dict[str, pl.Expr]:
     """Aggregate ``x``, ``y``, ``z``, ``sigma`` and ``floor`` over the readings of a group where ``placed`` holds.
 
-    Positions weigh by 1 / sigma^2; an unknown sigma counts as the greatest of the group, and where none is known all
+    Positions weigh by 1 / sigma^2; an unknown sigma counts as the greatest of the group, and if none is known all
     weigh the same. The sigma of the mean is the weighted mean of theirs: readings of one moment share the error of the
-    trajectory, which no number of them averages out. It is null where none is known; ``z`` is null unless all have
-    one. The floor is that of most readings, of equally many the lowest. All are null where nothing is placed.
+    trajectory, which no number of them averages out. It is null if none is known; ``z`` is null unless all have
+    one. The floor is that of most readings, of equally many the lowest. All are null if nothing is placed.
     """
     sigma = pl.col("sigma").filter(placed).clip(lower_bound=LEAST_SIGMA_M)
     known = sigma.fill_null(sigma.max()).fill_null(1.0)
@@ -128,9 +128,9 @@ class PhoneMotion:
     def heading_and_speed(self, start_ns: IntArray, end_ns: IntArray) -> tuple[FloatArray, FloatArray]:
         """Heading (degrees from the BCS x axis, counter-clockwise, 0 to 360) and speed (m/s) within spans (s,).
 
-        Heading is where the camera looks, on average; NaN where the span has a frame without position, where none
+        Heading is where the camera looks, on average; NaN if the span has a frame without position, if none
         lies in it, and where the camera looks up, down or all around. Speed is path length over time; NaN in the same
-        spans and where it is faster than anybody walks.
+        spans and where it is faster than anyone walks.
         """
         start_ns, end_ns = _widened(start_ns, end_ns)
         first = np.searchsorted(self.time_ns, start_ns)
@@ -143,7 +143,7 @@ class PhoneMotion:
         return heading, np.where(whole, self._speed(start_ns, end_ns), np.nan)
 
     def _speed(self, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
-        """Way over time (s,) within spans (s,), m/s; NaN where a span is too short or faster than anybody walks."""
+        """Way over time (s,) within spans (s,), m/s; NaN if a span is too short or faster than anyone walks."""
         if len(self.knot_ns) < 2:
             return np.full(len(start_ns), np.nan)
         start_ns = np.maximum(start_ns, self.knot_ns[0])
@@ -270,7 +270,7 @@ def _by_window(heard: pl.DataFrame, window_s: float) -> pl.DataFrame:
 
 
 def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
-    """One row for each scan or window, by ``number``; position and sigma null where nothing current is labelled."""
+    """One row for each scan or window, by ``number``; position and sigma null if nothing current is labelled."""
     placed = pl.col("current") & pl.col("x").is_not_null()
     position = mean_position(placed)
     x, y = (pl.col(name).filter(placed) for name in ("x", "y"))

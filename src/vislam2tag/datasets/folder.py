@@ -99,7 +99,7 @@ def is_dataset(folder: Path) -> bool:
 def open_dataset(folder: AnyPath) -> Dataset:
     """Open a data set's folder; the tables are scanned lazily.
 
-    Raises DatasetError where it is none, of a later version, or incomplete.
+    Raises DatasetError if it is none, of a later version, or incomplete.
     """
     folder = Path(folder)
     restore(folder)
@@ -144,8 +144,8 @@ def write_dataset(dataset: Dataset, target: AnyPath) -> Dataset:
 def dataset_folder(target: Path, command: str = "", replace: bool = False) -> Iterator[FolderWriter]:
     """Open a new data set folder for writing; it appears at ``target`` when the block ends well.
 
-    ``command`` is what the manifest then says made it. Raises OutputError where ``target`` holds something else, or
-    what another command wrote and ``replace`` is not said, and where nothing can be written.
+    ``command`` is what the manifest then says made it. Raises OutputError if ``target`` holds something else, or
+    what another command wrote and ``replace`` is not said, and if nothing can be written.
     """
     restore(target)
     maker = written_by(target)
@@ -156,7 +156,7 @@ def dataset_folder(target: Path, command: str = "", replace: bool = False) -> It
 
 
 def written_by(folder: Path) -> str | None:
-    """Return the command of ours that wrote a folder, ``vislam2tag import``, by its record; None where none did."""
+    """Return the command of ours that wrote a folder, ``vislam2tag import``, by its record; None if none did."""
     for file, key in ((RUN_FILE, "program"), (MANIFEST, "made_by")):
         try:
             command = str(read_json(folder / file)[key])
@@ -295,7 +295,7 @@ def _sha256_at(path: Path, size_bytes: int, changed_ns: int) -> str:
 
 
 def _refuse_altered(path: Path, account: TableAccount) -> None:
-    """Raise DatasetError where a file is not what the manifest says; OSError where it cannot be read."""
+    """Raise DatasetError if a file is not what the manifest says; OSError if it cannot be read."""
     if _kept_sha256(path) != account.sha256:
         raise DatasetError(
             f"{path}: the file is damaged, or was changed after the data set was made (its SHA-256 differs from "
@@ -356,7 +356,7 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
 
 
 def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
-    """Raise DatasetError where a place is none on Earth: what is counted by cells of the ground would have no end."""
+    """Raise DatasetError if a place is none on Earth: what is counted by cells of the ground would have no end."""
     places = pl.col("x", "y")
     try:
         far = table.select(pl.any_horizontal((~places.is_between(-_GREATEST_M, _GREATEST_M)).any())).collect().item()

@@ -45,9 +45,9 @@ class ExportContext:
     """What a writer is given besides its source and its folder."""
 
     split: str | None = None
-    """Name of the split whose parts become the format's own; None: the official one where there is one."""
+    """Name of the split whose parts become the format's own; None: the official one if there is one."""
     fold: str | None = None
-    """Name of the split's fold; None where it has one only."""
+    """Name of the split's fold; None if it has one only."""
     survey: Path | None = None
     """The raw survey that labels were made of, for formats that put its files beside."""
     privacy: Privacy = field(default_factory=Privacy)
@@ -122,12 +122,12 @@ def export_formats() -> dict[str, ExportFormat]:
 
 
 def import_named(name: str) -> ImportFormat:
-    """Return the format of this name; raises UsageError where none can be read."""
+    """Return the format of this name; raises UsageError if none can be read."""
     return _named(import_formats(), name, "read")
 
 
 def export_named(name: str) -> ExportFormat:
-    """Return the format of this name; raises UsageError where none can be written."""
+    """Return the format of this name; raises UsageError if none can be written."""
     return _named(export_formats(), name, "written")
 
 
@@ -140,7 +140,7 @@ def _named(formats: Mapping[str, _Format], name: str, done: str) -> _Format:
 def import_format_of(path: Path) -> ImportFormat:
     """Return the one format that recognises a file or folder.
 
-    Raises DatasetError where the path is not there or a damaged archive, and where no format or several recognise it.
+    Raises DatasetError if the path is not there or a damaged archive, and if no format or several recognise it.
     """
     if not path.exists():
         raise DatasetError(f"{path}: no such file or folder")

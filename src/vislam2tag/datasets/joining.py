@@ -53,7 +53,7 @@ def join_datasets(base: Dataset, later: Dataset) -> tuple[Dataset, Dataset]:
     Tables stay lazy and ordered by session, but the access points, which are counted again.
 
     Splits are left to be made again, but those that were given from outside (kind ``official``): they are carried, and
-    what is new is in neither part. Raises DatasetError where floors, frames, clocks, groupings or hashes disagree, and
+    what is new is in neither part. Raises DatasetError if floors, frames, clocks, groupings or hashes disagree, and
     where one session has different rows in both.
     """
     _refuse_disagreement(base.info, later.info)
@@ -129,7 +129,7 @@ def _groupings(base: Sequence[Grouping], later: Sequence[Grouping]) -> tuple[Gro
 
 
 def _same_sessions(base: Dataset, later: Dataset) -> tuple[str, ...]:
-    """Sessions that both hold with the same rows; raises DatasetError where rows differ."""
+    """Sessions that both hold with the same rows; raises DatasetError if rows differ."""
     both = _sessions(base).join(_sessions(later), on="session", how="semi")["session"].sort()
     for session in both:
         one, other = (one_session(dataset.fingerprints, dataset.readings, session) for dataset in (base, later))

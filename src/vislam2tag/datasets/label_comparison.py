@@ -63,7 +63,7 @@ class Positions:
     """Where one output has the frames of a walk, in the order of the file."""
 
     position: FloatArray
-    """(n, 2) metres, BCS of the frame's floor; any value where it has none."""
+    """(n, 2) metres, BCS of the frame's floor; any value if it has none."""
     floor: IntArray
     """(n,)"""
     there: BoolArray
@@ -98,14 +98,14 @@ def compare_labels(
 
 
 def compare_outputs(first: Path, second: Path) -> LabelComparison:
-    """Compare two output folders of ``process``; raises DatasetError where a file of one cannot be read."""
+    """Compare two output folders of ``process``; raises DatasetError if a file of one cannot be read."""
     slugs = sorted({path.stem for folder in (first, second) for path in (folder / RESULTS).glob("*.json")})
     walks = ((slug, _read(first, slug), _read(second, slug)) for slug in slugs)
     return compare_labels(walks, settings_of_output(first), settings_of_output(second))
 
 
 def settings_of_output(folder: Path) -> dict[str, object]:
-    """Settings that labels follow from; none where they are not told."""
+    """Settings that labels follow from; none if they are not told."""
     try:
         found = read_json(folder / RUN_FILE)["settings"]
     except (OSError, ValueError, KeyError, TypeError):
@@ -114,7 +114,7 @@ def settings_of_output(folder: Path) -> dict[str, object]:
 
 
 def mean_error_m(results: Sequence[SessionResult | None]) -> float | None:
-    """Mean error of all labels whose truth is known, metres; None where none is."""
+    """Mean error of all labels whose truth is known, metres; None if none is."""
     rows = [row for result in results if result and result.errors for row in result.errors.rows]
     count = sum(sum(row.errors.values()) for row in rows)
     return sum(row.sum_m for row in rows) / count if count else None

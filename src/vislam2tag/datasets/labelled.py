@@ -68,7 +68,7 @@ class LabelledSession:
             yield LabelledSession(root, self.slug)
 
     def result(self) -> SessionResult:
-        """Read what is kept of the session besides its tables; raises DatasetError where it cannot be read."""
+        """Read what is kept of the session besides its tables; raises DatasetError if it cannot be read."""
         path = self.root / RESULTS / f"{self.slug}.json"
         try:
             return SessionResult.model_validate_json(read_bytes(path))
@@ -78,7 +78,7 @@ class LabelledSession:
     def is_from_outside(self) -> bool:
         """Whether links led to its raw files outside the survey, or lead to its labels outside their folder.
 
-        Raises DatasetError where its result cannot be read.
+        Raises DatasetError if its result cannot be read.
         """
         result = self.root / RESULTS / f"{self.slug}.json"
         if any(outside_link(self.root, path) for path in (result, *(self._path(table) for table in SCHEMAS))):
@@ -96,7 +96,7 @@ class LabelledSession:
     def table(self, table: str, columns: Iterable[str], only: pl.Expr | None = None) -> pl.DataFrame:
         """Read columns of a table (:data:`vislam2tag.labeling.tables.SCHEMAS`), rows as ``only`` chooses.
 
-        Raises DatasetError where the file is missing or damaged, or lacks one of the columns.
+        Raises DatasetError if the file is missing or damaged, or lacks one of the columns.
         """
         path = self._path(table)
         wanted = list(columns)
@@ -111,7 +111,7 @@ class LabelledSession:
             raise DatasetError(f"{path}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def unknown_columns(self, table: str) -> list[str]:
-        """Columns of a table that ``process`` does not write; nobody reads them."""
+        """Columns of a table that ``process`` does not write; no one reads them."""
         return [name for name in scan_parquet(self._path(table)).collect_schema() if name not in SCHEMAS[table]]
 
     def _path(self, table: str) -> Path:
@@ -146,7 +146,7 @@ class LabelledSurvey:
 def labels_at_hand(labels: Path) -> Iterator[Path]:
     """Yield a folder for labels by address, which lasts as long as the block; one of this machine as it is.
 
-    Sessions' files are there by name alone (:meth:`LabelledSession.at_hand`). Raises StoreError where the store cannot
+    Sessions' files are there by name alone (:meth:`LabelledSession.at_hand`). Raises StoreError if the store cannot
     be read.
     """
     store = store_at(labels)
@@ -166,7 +166,7 @@ def is_labelled(folder: Path) -> bool:
 def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
     """Look at an output folder of ``process``, without what came from outside the survey unless ``follow_links``.
 
-    Raises DatasetError where it is none, its last run has not ended, or it holds no session.
+    Raises DatasetError if it is none, its last run has not ended, or it holds no session.
     """
     restore(root)  # labels that were rebased are replaced whole
     run = _run(root)
@@ -197,7 +197,7 @@ def _shared(opened: LabelledSurvey, site_from_outside: bool) -> LabelledSurvey:
 
 
 def without_sessions(opened: LabelledSurvey, outside: Collection[str]) -> LabelledSurvey:
-    """Leave sessions out that come from outside their survey, by slug; raises DatasetError where none remains."""
+    """Leave sessions out that come from outside their survey, by slug; raises DatasetError if none remains."""
     kept = tuple(session for session in opened.sessions if session.slug not in outside)
     gone = tuple(session.slug for session in opened.sessions if session.slug in outside)
     if not kept:

@@ -47,7 +47,7 @@ class FoldLeakage(Record):
     """How many train (of all folds together: the mean)."""
     test: int
     distance_m: QuantileSummary | None
-    """To the nearest on the same floor; None where no test floor is trained."""
+    """To the nearest on the same floor; None if no test floor is trained."""
     within_1_m: float
     new_floor: float
     """Share on floors without training."""
@@ -94,7 +94,7 @@ def _of_split(items: pl.DataFrame, split: Split, time_key: str | None) -> SplitL
 
 
 def _whole(folds: Sequence[FoldLeakage]) -> FoldLeakage | None:
-    """Choose all folds together, of the leading kind; None where nothing tests."""
+    """Choose all folds together, of the leading kind; None if nothing tests."""
     together = [fold for fold in folds if fold.of == folds[0].of and fold.fold == ALL_FOLDS]
     return next(iter(together or folds), None)
 

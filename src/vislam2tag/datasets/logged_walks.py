@@ -59,7 +59,7 @@ From real walks: inner taps left out and interpolated (docs/reference/importing.
 FARTHEST_M = 10_000.0
 """No site is larger: a tap farther away than this is a fault."""
 LONGEST_LEG_S = 600.0
-"""Nobody walks straight for longer: between taps farther apart in time nothing is known."""
+"""No one walks straight for longer: between taps farther apart in time nothing is known."""
 _STEP_NS = 500_000_000
 """Frames are made this far apart, so that sigma between them is nearly linear."""
 
@@ -84,7 +84,7 @@ class Waypoints:
 
     @property
     def leg_m(self) -> FloatArray:
-        """Straight way (n - 1,) from each tap to the next, metres; 0 where it is not known."""
+        """Straight way (n - 1,) from each tap to the next, metres; 0 if it is not known."""
         known: FloatArray = np.where(self.straight, np.linalg.norm(np.diff(self.position, axis=0), axis=1), 0.0)
         return known
 

@@ -51,13 +51,13 @@ class MapReadings:
     scan_position: FloatArray
     """(s, 2)"""
     scan_fold: IntArray
-    """(s,) part, 0 to FOLDS - 1, that is left out with the scan; walks stay whole where there are several."""
+    """(s,) part, 0 to FOLDS - 1, that is left out with the scan; walks stay whole if there are several."""
     scan: IntArray
     """(k,) index of the reading's scan."""
     access_point: IntArray
     """(k,) index of the reading's access point."""
     position: FloatArray
-    """(k, 2) where the phone was when it heard it; NaN where that is not known."""
+    """(k, 2) where the phone was when it heard it; NaN if that is not known."""
     rssi_dbm: FloatArray
     """(k,) as the mean of all devices would hear it: the offset of the reading's device is taken off."""
     place: MapPlace
@@ -85,7 +85,7 @@ def heard_at(dataset: Dataset) -> pl.DataFrame:
 
 
 def offsets_db(dataset: Dataset) -> dict[tuple[str, str], float]:
-    """How much louder a device hears than the mean of those that share places with it, by technology and device."""
+    """How much stronger a device hears than the mean of those that share places with it, by technology and device."""
     places = PlaceMeans()
     scans = _labelled(dataset)
     devices = dict(scans.group_by("technology").agg(pl.col("device").unique().sort()).collect().iter_rows())
@@ -142,7 +142,7 @@ def _labelled(dataset: Dataset) -> pl.LazyFrame:
 
 
 def _folds(scans: pl.DataFrame) -> pl.Series:
-    """Part of each scan (in order of scan_id): whole walks in turn, or fifths of the way where there is one walk."""
+    """Part of each scan (in order of scan_id): whole walks in turn, or fifths of the way if there is one walk."""
     walk = scans["session"].fill_null("").rank("dense").cast(pl.Int64) - 1
     if walk.n_unique() > 1:
         return walk % FOLDS
@@ -188,7 +188,7 @@ class MapPoints:
     of_reading: IntArray
     """(k,) point of each reading."""
     square_m: float | None
-    """Side of the squares; None where each reading is a point."""
+    """Side of the squares; None if each reading is a point."""
 
     @property
     def readings(self) -> IntArray:
@@ -257,7 +257,7 @@ class LeftOutReadings:
     error_db: FloatArray
     deviation_db: FloatArray
     distance_m: FloatArray
-    """To the nearest point of another fold; inf where there is none."""
+    """To the nearest point of another fold; inf if there is none."""
 
 
 @dataclass(frozen=True)

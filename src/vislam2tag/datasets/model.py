@@ -113,7 +113,7 @@ class DatasetInfo(Record):
     findings: tuple[Finding, ...] = ()
     """What was odd about what it was made of: counted, never silently dropped."""
     made_by: str = ""
-    """The command of this program that wrote it; empty where that is not known."""
+    """The command of this program that wrote it; empty if that is not known."""
     tables: dict[str, TableAccount] = Field(default_factory=dict)
     splits: dict[str, TableAccount] = Field(default_factory=dict)
 
@@ -150,7 +150,7 @@ class Split:
     groups: pl.DataFrame
 
     def fold(self, name: str) -> Fold:
-        """Return the fold of this name; raises KeyError where there is none."""
+        """Return the fold of this name; raises KeyError if there is none."""
         for fold in self.info.folds:
             if fold.name == name:
                 return fold
@@ -215,7 +215,7 @@ class Dataset(Drawable):
         return self.tables[SESSIONS]
 
     def site_floor(self, storey: Storey) -> Floor:
-        """Return a floor as figures draw it, with its plan where there is one; the manifest need not know the floor."""
+        """Return a floor as figures draw it, with its plan if there is one; the manifest need not know the floor."""
         points = ControlPoints((), np.zeros((0, 2)))
         for floor in self.info.floors:
             if (floor.building, floor.number) == storey:

@@ -98,7 +98,7 @@ SURVEYS = (BASE, LATER)
 LEAST_READINGS = 100
 """A device with fewer readings does not say what it cannot hear."""
 _FAINTEST_DBM = -90.0
-"""What phones hear, where none has enough readings to tell."""
+"""What phones hear, if none has enough readings to tell."""
 _OUTLIER_DB = 10.0
 """Devices that differ by more at a place heard different things, not differently."""
 _MOST_ROUNDS = 20
@@ -123,7 +123,7 @@ class PlaceSums:
     faintest_dbm: float
     """RSSI, without its device's offset, from which loudness counts."""
     places: pl.DataFrame
-    """PLACE, and of each survey: scans and walks, 0 where only the other has been."""
+    """PLACE, and of each survey: scans and walks, 0 if only the other has been."""
     heard: pl.DataFrame
     """PLACE, bssid, and of each survey: sum and squares of its walks' mean loudness (dB, dB^2), within (squared
     deviations of scans from their walk's mean, dB^2) and heard (scans that heard it), 0 for none."""

@@ -42,7 +42,7 @@ class Privacy:
 def read_key(path: Path) -> bytes:
     """Read a key from a file, without white space around it.
 
-    Raises UsageError where the file cannot be read or the key is too short.
+    Raises UsageError if the file cannot be read or the key is too short.
     """
     try:
         key = read_bytes(path).strip()
@@ -74,9 +74,9 @@ def key_name(key: bytes) -> str:
 def with_privacy(dataset: Dataset, privacy: Privacy) -> Dataset:
     """Leave out and hide what ``privacy`` says; tables stay lazy, that of the access points is read.
 
-    Fingerprints keep their positions; how many readings they have is counted anew. A finding counts what was left out.
+    Fingerprints keep their positions; how many readings they have is counted again. A finding counts what was left out.
     The table of access points has to list all that were heard, as it does in every data set: hashing goes by it.
-    Raises UsageError where identifiers should be hashed that are hashed already.
+    Raises UsageError if identifiers should be hashed that are hashed already.
     """
     if privacy.hash_key is not None and dataset.info.bssid_key is not None:
         raise UsageError(
@@ -133,7 +133,7 @@ def counted_without(fingerprints: pl.LazyFrame, out: pl.LazyFrame) -> pl.LazyFra
 
 
 def _with_hashes(dataset: Dataset, points: pl.DataFrame, key: bytes) -> tuple[Dataset, pl.DataFrame]:
-    """Replace identifiers; the table is ordered anew, since the old order would tell neighbouring addresses."""
+    """Replace identifiers; the table is ordered again, since the old order would tell neighbouring addresses."""
     codes = pl.DataFrame(
         {"bssid": points["bssid"], "code": [hashed(bssid, key) for bssid in points["bssid"]]},
         schema={"bssid": pl.String, "code": pl.String},

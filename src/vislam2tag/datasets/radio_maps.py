@@ -47,7 +47,7 @@ def heard_share(
 ) -> FloatArray:
     """Share of scans (n, a), 0 to 1, that hear each access point at positions (n, 2).
 
-    ``heard`` (s, a) is 1 where a scan heard it; ``floor_share`` (a,) is what holds where no scan is near.
+    ``heard`` (s, a) is 1 where a scan heard it; ``floor_share`` (a,) is what holds if no scan is near.
     """
     return _share(_weights(position, scan_position, width_m), heard, floor_share)
 
@@ -131,7 +131,7 @@ class RadioMap(Record):
     ssid: str | None
     readings: int
     square_m: float | None
-    """Side of the squares in which readings were averaged, metres; None where each reading counts on its own."""
+    """Side of the squares in which readings were averaged, metres; None if each reading counts on its own."""
     loudest_dbm: float | None
     """Greatest mean of a cell."""
     errors: MapErrors
@@ -141,7 +141,7 @@ class RadioMap(Record):
 
 @dataclass(frozen=True, repr=False)
 class FloorMaps(Drawable):
-    """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
+    """The maps of one floor and technology; arrays are (access points, rows, columns), NaN if nothing is known."""
 
     place: map_process.MapPlace
     grid: CellGrid
@@ -181,7 +181,7 @@ def radio_maps(
 
     Access points whose owners ask not to be mapped (``_nomap``) have a map only where they are named.
 
-    Raises DatasetError where no access point is heard often enough in labelled fingerprints, UsageError where one that
+    Raises DatasetError if no access point is heard often enough in labelled fingerprints, UsageError if one that
     is named is not in the set.
     """
     heard = _often_heard(dataset, settings, access_points)
@@ -291,7 +291,7 @@ def _heard(
 def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
     """Make the grid that holds all cells near points (n, 2); its edges are multiples of the cell, so that grids agree.
 
-    Raises DatasetError where that is more cells than a floor can have.
+    Raises DatasetError if that is more cells than a floor can have.
     """
     low = np.floor((points.min(axis=0) - settings.reach_m) / settings.cell_m)
     high = np.ceil((points.max(axis=0) + settings.reach_m) / settings.cell_m)

@@ -1,4 +1,4 @@
-"""Readings of one sensor, or frames, as arrays: where no window may lie, rotations between them, means over periods.
+"""Readings of one sensor, or frames, as arrays: if no window may lie, rotations between them, means over periods.
 
 From them comes the phone's orientation in a level frame: z up, heading free (docs/reference/datasets.md). How that
 frame stands in the building tell the tracker's orientation and the phone's own: the camera's axes are parallel to the
@@ -160,7 +160,7 @@ def filtered_orientation(accelerometer: SensorSeries, gyroscope: SensorSeries) -
     """Integrate the gyroscope (rad/s), and level it by gravity averaged in the integrated frame (m/s^2).
 
     A complementary filter without delay: the average of the accelerometer before and after, seen from the frame of the
-    gyroscope, is gravity but for what its drift turns within a few seconds.
+    gyroscope, is gravity except for what its drift turns within a few seconds.
     """
     time_s = (gyroscope.time_ns - gyroscope.time_ns[0]) * 1e-9
     turn = (gyroscope.values[1:] + gyroscope.values[:-1]) / 2 * np.diff(time_s)[:, None]
@@ -217,7 +217,7 @@ class LevelHeading:
     camera_axes: Rotation
 
     def at(self, time_ns: IntArray) -> ComplexArray:
-        """Average about each time (k,); the shorter, the less tracker and phone agree. Zero where no frame is near."""
+        """Average about each time (k,); the shorter, the less tracker and phone agree. Zero if no frame is near."""
         span_ns = round(HEADING_SPAN_S * 1e9)
         first = np.searchsorted(self.time_ns, time_ns - span_ns)
         last = np.searchsorted(self.time_ns, time_ns + span_ns, side="right")
@@ -227,7 +227,7 @@ class LevelHeading:
 
 
 def level_heading(time_ns: IntArray, bcs_R_camera: Rotation, level: LevelOrientation) -> LevelHeading | None:
-    """Compare the two orientations at frames (n,), in time order; None where they do not describe the same motion."""
+    """Compare the two orientations at frames (n,), in time order; None if they do not describe the same motion."""
     kept = np.flatnonzero(np.diff(time_ns // COMPARED_NS, prepend=-1))
     time_ns, bcs_R_camera = time_ns[kept], bcs_R_camera[kept]
     level_R_body = level.at(time_ns)

@@ -230,7 +230,7 @@ def magnetic_windows(sensors: pl.DataFrame, session: str, building: str, window_
 
     ``sensors`` is the labelled table as ``process`` wrote it. Windows are of the clock, counted from the one that holds
     the first reading; those without a labelled reading have no position. ``norm_deviation_ut`` is the standard
-    deviation of the strength within the window; ``vertical_ut`` counts upwards. Both parts are null where nothing tells
+    deviation of the strength within the window; ``vertical_ut`` counts upwards. Both parts are null if nothing tells
     the phone's tilt.
     """
     rows = _readings(sensors)
@@ -271,7 +271,7 @@ def _readings(sensors: pl.DataFrame) -> pl.DataFrame:
 
 
 def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> FloatArray:
-    """Vertical part (n,) of a field (n, 3) in the phone's axes; NaN where its tilt is not known."""
+    """Vertical part (n,) of a field (n, 3) in the phone's axes; NaN if its tilt is not known."""
     found = _tilt(sensors)
     if found is None or not len(time_ns):
         return np.full(len(time_ns), np.nan)
@@ -286,7 +286,7 @@ def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> Fl
 
 
 def _tilt(sensors: pl.DataFrame) -> tuple[LevelOrientation, IntArray] | None:
-    """Find the phone's level orientation, and the times (n,) of its readings; None where no sensor tells it."""
+    """Find the phone's level orientation, and the times (n,) of its readings; None if no sensor tells it."""
     for name in _ROTATIONS:
         rotation = sensor_series(sensors, name, ("v1", "v2", "v3", "v4"))
         if len(rotation) > 1:

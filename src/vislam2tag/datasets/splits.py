@@ -78,7 +78,7 @@ def _known() -> pl.Expr:
 
 
 def _middle_ns() -> pl.Expr:
-    """Middle of start and end; the start where no end is known."""
+    """Middle of start and end; the start if no end is known."""
     return pl.col("start_ns") + (pl.col("end_ns").fill_null(pl.col("start_ns")) - pl.col("start_ns")) // 2
 
 
@@ -115,7 +115,7 @@ def split_findings(dataset: Dataset) -> tuple[Finding, ...]:
 
 
 def make_split(dataset: Dataset, kind: SplitKind, settings: SplitSettings, name: str | None = None) -> Split:
-    """Make one split; ``name`` is the kind's where none is given. Raises UsageError where the data cannot give it."""
+    """Make one split; ``name`` is the kind's if none is given. Raises UsageError if the data cannot give it."""
     return _KINDS[kind](split_items(dataset), settings, kind.value if name is None else name)
 
 
@@ -223,7 +223,7 @@ def _made_or_reason(items: pl.DataFrame, kind: SplitKind, settings: SplitSetting
 
 
 def _split(items: pl.DataFrame, groups: pl.DataFrame, info: SplitInfo, otherwise: str) -> Split:
-    """Give each item its group, in order of the ids; raises UsageError where a part of the split has nothing."""
+    """Give each item its group, in order of the ids; raises UsageError if a part of the split has nothing."""
     whole = items.select("id").join(groups, on="id", how="left").sort("id")
     present = whole["group"].drop_nulls().unique()
     tested = {group for fold in info.folds for group in fold.test}
@@ -280,7 +280,7 @@ def block_of(items: pl.DataFrame, side_m: float) -> pl.DataFrame:
 
 
 def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_m: float) -> pl.Series:
-    """Tell which items (n,), of :func:`block_of`, lie nearer than ``guard_m`` to one of the blocks of their floor."""
+    """Tell which items (n,), of :func:`block_of`, lie closer than ``guard_m`` to one of the blocks of their floor."""
     near = np.zeros(items.height, dtype=bool)
     if guard_m > 0:
         reach = math.ceil(guard_m / side_m)

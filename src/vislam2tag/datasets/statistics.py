@@ -245,7 +245,7 @@ def _sigma(counts: Mapping[int, int]) -> record.SigmaDistribution | None:
 
 
 def _sum(values: Iterable[float | None]) -> float | None:
-    """Sum of the values that are known; None where none is."""
+    """Sum of the values that are known; None if none is."""
     known = [value for value in values if value is not None]
     return round(sum(known), 3) if known else None
 

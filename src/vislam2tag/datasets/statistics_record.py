@@ -30,7 +30,7 @@ class FieldWork(FiniteRecord):
 
 
 class WalkTotals(FiniteRecord):
-    """Sums over walks (paper, Table III); None where no walk tells."""
+    """Sums over walks (paper, Table III); None if no walk tells."""
 
     trajectories: int
     duration_s: float | None = None
@@ -107,7 +107,7 @@ class DeviceRssi(FiniteRecord):
 
     rssi_dbm: Distribution
     offset_db: float | None
-    """How much louder it hears than the mean of the devices that share places with it; None where none does."""
+    """How much stronger it hears than the mean of the devices that share places with it; None if none does."""
     shared: int
     """Access points heard in a cell where another device heard them as well, over all cells."""
 
@@ -156,7 +156,7 @@ class Effort(FiniteRecord):
 
 
 class SessionStatistics(FiniteRecord):
-    """One walk; None where its files do not tell."""
+    """One walk; None if its files do not tell."""
 
     session: str
     device: str
@@ -178,13 +178,13 @@ class DatasetStatistics(FiniteRecord):
     walks: WalkTotals
     by_device: dict[str, WalkTotals]
     effort: Effort | None
-    """None where no walk has a duration and a length, as in sets of single points."""
+    """None if no walk has a duration and a length, as in sets of single points."""
     technologies: dict[str, TechnologyStatistics]
     sessions: tuple[SessionStatistics, ...]
 
     @property
     def main(self) -> tuple[str, TechnologyStatistics] | None:
-        """Wi-Fi where there is any, else the technology with the most fingerprints; None in an empty set."""
+        """Wi-Fi if there is any, else the technology with the most fingerprints; None in an empty set."""
         if not self.technologies:
             return None
         return max(self.technologies.items(), key=lambda item: (item[0] == "wifi", item[1].labels.fingerprints))
@@ -228,7 +228,7 @@ class Table3:
         return tuple(head for own in HEADS for head in ((own, "paper") if self.beside_paper else (own,)))
 
     def texts(self) -> list[tuple[str, tuple[str, ...]]]:
-        """Each device with its numbers as text, a dash where there is none."""
+        """Each device with its numbers as text, a dash if there is none."""
         return [(device, tuple(self._beside(device, numbers))) for device, numbers in self.rows]
 
     def _beside(self, device: str, numbers: Sequence[float | None]) -> list[str]:
@@ -240,7 +240,7 @@ class Table3:
 
 
 def table_3_csv(table: Table3) -> str:
-    """One line for each device; empty where there is no number."""
+    """One line for each device; empty if there is no number."""
     paper = [f"paper_{name}" for name in _COLUMNS] if table.beside_paper else []
     rows = [("device", *_COLUMNS, *paper)]
     for device, numbers in table.rows:

@@ -37,7 +37,7 @@ USUAL = LevelRules()
 class WideTable:
     """What a wide table holds.
 
-    ``rows``: ``row`` (int64, 0-based) and the other columns asked for (null where the file lacks one that may lack).
+    ``rows``: ``row`` (int64, 0-based) and the other columns asked for (null if the file lacks one that may lack).
     ``heard``: ``row``, ``bssid`` (the access point's column), ``rssi_dbm`` of each level, by row, then column.
     """
 
@@ -55,7 +55,7 @@ def read_wide(
 ) -> WideTable:
     """Read a wide table with a header. ``columns`` are the others to take, with their types.
 
-    Columns that are neither are left out and reported. Raises DatasetError, naming file and line, where it has no
+    Columns that are neither are left out and reported. Raises DatasetError, naming file and line, if it has no
     access points or a cell is no number, and with a question where a level may stand for "not heard".
     """
     header = _top_line(path).split(",")
@@ -75,7 +75,7 @@ def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
 def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     """Read a comma separated table without a header that has exactly these columns.
 
-    Raises DatasetError, naming file and line, where it has not, or a cell is no number.
+    Raises DatasetError, naming file and line, if it has not, or a cell is no number.
     """
     width = len(_top_line(path).split(","))
     if width != len(columns):

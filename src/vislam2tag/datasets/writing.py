@@ -31,7 +31,7 @@ from vislam2tag.site.links import left_out_sessions
 def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey, tuple[Finding, ...]]:
     """Open labels to be shared, and count what is left out.
 
-    Raises DatasetError as :func:`open_labelled` does, SurveyError where the context's survey is none.
+    Raises DatasetError as :func:`open_labelled` does, SurveyError if the context's survey is none.
     """
     opened = open_labelled(labels, follow_links=context.follow_links)
     if context.survey is not None and not context.follow_links:
@@ -62,7 +62,7 @@ DERIVED: Mapping[str, frozenset[str]] = {
     ),
     "sessions": frozenset({"fingerprints"}),
 }
-"""Columns that follow from the others: reading back makes them anew, so that nothing is lost."""
+"""Columns that follow from the others: reading back makes them again, so that nothing is lost."""
 Holds = Mapping[str, Collection[str]]
 
 
@@ -195,7 +195,7 @@ def labelled_fingerprints(
     """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.
 
     With ``technology`` only its fingerprints; without ``uncertain`` none that is so, as formats want that cannot say
-    how sure a position is. Raises DatasetError where none is left.
+    how sure a position is. Raises DatasetError if none is left.
     """
     known = pl.all_horizontal(pl.col("x", "y", "floor").is_not_null())
     wanted = pl.lit(value=True) if technology is None else pl.col("technology") == technology
@@ -238,7 +238,7 @@ def labelled_by_session(
 def matrices(
     tables: SessionTables, transmitters: pl.Series, not_heard: float
 ) -> Iterator[tuple[pl.DataFrame, npt.NDArray[np.float32]]]:
-    """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` where there is none.
+    """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` if there is none.
 
     Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint become their mean.
     """
@@ -291,7 +291,7 @@ def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
     """Return ``scan_id`` and ``unix_ns`` (start of the fingerprint, ns since 1970) of every fingerprint.
 
     On the boot clock the time of day is that of the session's start, taken as UTC, plus what has passed since its
-    first fingerprint; null where it is not known.
+    first fingerprint; null if it is not known.
     """
     start = pl.col("start_ns")
     if dataset.info.clock == "unix":

@@ -181,7 +181,7 @@ class Model:
 
     @cached_property
     def heading_rad(self) -> FloatArray:
-        """(p,) the sheets' headings in the BCS by the reference, rad; 0 where none is logged."""
+        """(p,) the sheets' headings in the BCS by the reference, rad; 0 if none is logged."""
         heading = self.observations.passes.heading * self.turn[self.observations.passes.at]
         return np.where(self.headed, np.angle(heading), 0.0)
 

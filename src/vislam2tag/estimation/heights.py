@@ -71,7 +71,7 @@ def _change(early: BoolArray) -> int:
 
 
 CARRIED_SIGMA_M = 0.5
-"""How well a landmark's height is known that nobody measured: it hangs where a phone in the hand sees it."""
+"""How well a landmark's height is known that no one measured: it hangs where a phone in the hand sees it."""
 START_SIGMA_M = 0.25
 """A session starts on its own floor, phone in hand."""
 STOREY_SIGMA_M = 1.0
@@ -88,7 +88,7 @@ PINNED_M = 1e-3
 class Heights:
     """Where ``n`` frames lie in the building: ``z_m`` (n,) camera above its zero, ``floor`` (n,) int.
 
-    ``z_m`` is NaN at frames that are not usable and on floors whose elevation nobody knows; ``floor`` is empty where
+    ``z_m`` is NaN at frames that are not usable and on floors whose elevation no one knows; ``floor`` is empty if
     the landmarks know of no storeys.
     """
 
@@ -105,7 +105,7 @@ class _Marks:
     floor: IntArray
     """(m,) number."""
     z_m: FloatArray
-    """(m,) above the floor, metres; NaN where nobody measured it: about as high as a phone is carried."""
+    """(m,) above the floor, metres; NaN if no one measured it: about as high as a phone is carried."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from vislam2tag.core.transforms import as_complex
 FREE_M, FREE_RAD = 1e5, 10.0
 """Standard deviations of what is not known at all."""
 AROUND_M = 2.0
-"""Landmarks nearer to a place than this share their errors with it alike."""
+"""Landmarks closer to a place than this share their errors with it alike."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class PlacePriors:
 
 @dataclass(frozen=True)
 class LandmarkPriors:
-    """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN where not surveyed; ``covariance`` (m, 2, 2);
-    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN where not surveyed. ``joint`` (3m, 3m), of x, y of each and then
+    """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN if not surveyed; ``covariance`` (m, 2, 2);
+    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN if not surveyed. ``joint`` (3m, 3m), of x, y of each and then
     of all headings, where landmarks share errors: those that are surveyed by it, the other numbers mean nothing.
     """
 

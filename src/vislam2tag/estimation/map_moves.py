@@ -1,4 +1,4 @@
-"""When landmarks were seen, and when they moved because the tracker rewrote its map: nobody was looking at them."""
+"""When landmarks were seen, and when they moved because the tracker rewrote its map: no one was looking at them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LEVER_M = 1.0
 class MapMoves:
     """What the landmarks and anchors say about each of the n - 1 steps.
 
-    ``moved``: some did that nobody looked at; ``sighted``: one was seen; ``turn`` (complex, unit), ``centre_before``
+    ``moved``: some did that no one looked at; ``sighted``: one was seen; ``turn`` (complex, unit), ``centre_before``
     and ``centre_after``: the rigid motion that fits best; ``misfit_m``: root mean square distance from it;
     ``points``: number of landmarks and anchors that it was fitted to.
     """
@@ -159,6 +159,6 @@ def group_sums(group: IntArray, values: ComplexArray, count: int) -> ComplexArra
 
 
 def _unit(values: ComplexArray) -> ComplexArray:
-    """Complex numbers (n,) of length one in the same directions; 1 where there is none."""
+    """Complex numbers (n,) of length one in the same directions; 1 if there is none."""
     length = np.abs(values)
     return np.asarray(np.where(length > 0, values / np.maximum(length, 1e-300), 1.0))

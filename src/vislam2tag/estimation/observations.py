@@ -23,7 +23,7 @@ from vislam2tag.estimation.tracker_errors import DriftSource
 PAUSE_S = 2.0
 """A landmark not seen for longer than this is passed again."""
 NEAR_M = 0.5
-"""Sightings count the more the nearer, but nearer than this no more."""
+"""Sightings count the more the nearer, but closer than this no more."""
 LEVEL = 0.5
 """A sheet whose X axis is shorter than this in the plane lies flat: it has no heading."""
 
@@ -34,7 +34,7 @@ class Passes:
 
     ``at`` (p,) index into the odometry's frames of the nearest approach; ``landmark`` (p,) index into the log's ids;
     ``offset`` (p,) complex, metres, from the camera then to the landmark; ``heading`` (p,) complex, unit, the sheet's
-    X axis (0 where none is logged); ``distance_m`` (p,) of the nearest approach; ``spread_m`` (p,) root mean square
+    X axis (0 if none is logged); ``distance_m`` (p,) of the nearest approach; ``spread_m`` (p,) root mean square
     scatter per axis of the sightings; ``count`` (p,) sightings.
     """
 
@@ -149,7 +149,7 @@ class WalkObservations:
     ) -> WalkObservations:
         """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres).
 
-        The odometry is the tracker's where none is given. ``surveyed`` landmarks count most where there are more than
+        The odometry is the tracker's if none is given. ``surveyed`` landmarks count most if there are more than
         can be solved for.
         """
         odometry = continuous_odometry(camera, log) if odometry is None else odometry

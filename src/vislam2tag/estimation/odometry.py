@@ -1,7 +1,7 @@
 """The tracker's path made continuous: steps that are no motion are taken out and reported.
 
 ARCore promises nothing about the frame in which it reports poses: it may be another one at each frame. A step that is
-no motion shows itself: it does not fit the steps about it, or landmarks that nobody looks at move. Where camera and
+no motion shows itself: it does not fit the steps about it, or landmarks that no one looks at move. Where camera and
 landmarks move alike the step is measured relative to the landmarks, which loses nothing; otherwise the step is
 replaced by what its neighbours predict, and is free to differ from it.
 
@@ -46,7 +46,7 @@ TURN_SIGMA_RAD = 0.03
 UNKNOWN_TURN_RAD = 0.1
 """The turn of a jump of which no landmark tells."""
 HOLE_S = 2.0
-"""A longer time without any frame is a loss: nobody knows whether the tracker went on."""
+"""A longer time without any frame is a loss: no one knows whether the tracker went on."""
 UNDONE = 0.3
 """A jump that brings the camera back to within this share of an earlier one undoes it."""
 LEAST_UPDATE_M = 0.005
@@ -105,7 +105,7 @@ class _Steps:
 
     @property
     def excess(self) -> ComplexArray:
-        """How each step (n - 1,) misses its prediction, but for what is usual: complex metres in the ACS plane."""
+        """How each step (n - 1,) misses its prediction, except for what is usual: complex metres in the ACS plane."""
         share = 1 - SUSPICIOUS * self.spread_m / np.maximum(self.miss_m, SUSPICIOUS * self.spread_m)
         return np.asarray((self.moved - self.expected) * share)
 

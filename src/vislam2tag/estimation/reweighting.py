@@ -54,7 +54,7 @@ class NoiseSquares:
     """Sums of squares in units of the unit-level covariances.
 
     ``stretch`` (p + 1,) for each source; ``sighting`` (p,) m^2 over both axes; ``sheet`` (p,) rad^2; ``landmark`` (m,)
-    expected squared Mahalanobis distance from the survey, 0 where not surveyed.
+    expected squared Mahalanobis distance from the survey, 0 if not surveyed.
     """
 
     stretch: dict[DriftSource, ExpectedSquares]
@@ -100,7 +100,7 @@ def _drift_squares(walk: LinearWalk, solution: Solution) -> dict[DriftSource, Ex
 
 
 def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
-    """Expected squared distances (m,) from the survey, in units of its covariance; 0 where not surveyed.
+    """Expected squared distances (m,) from the survey, in units of its covariance; 0 if not surveyed.
 
     Of places of the camera by other sessions, those of their own errors.
     """

@@ -67,7 +67,7 @@ AWAY_S = 0.5
 def solve_walk(
     observations: WalkObservations, priors: LandmarkPriors, prior_noise: TrackerNoise | None = None
 ) -> SolvedWalk | None:
-    """Map a walk into the BCS; None where nothing ties it there.
+    """Map a walk into the BCS; None if nothing ties it there.
 
     The heading in the building must be known roughly before scale and heading errors can be small. Two surveyed
     landmarks apart give it by a first solution in which heading and scale are free; otherwise a sheet whose heading is
@@ -174,7 +174,7 @@ def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -
 
 
 def _extent_m(place: ComplexArray) -> float:
-    """Diagonal of the box around some places (k,), complex metres; 0 where there are none."""
+    """Diagonal of the box around some places (k,), complex metres; 0 if there are none."""
     return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 

@@ -17,7 +17,7 @@ BEFORE, AFTER = (-3, -2, -1), (1, 2, 3)
 LEAST_SPREAD_M = 0.003
 """Predictions of steps are not trusted better than this."""
 IMPOSSIBLE = 10.0
-"""A step that misses its prediction by more than this many standard deviations, and by more than anybody moves, is no
+"""A step that misses its prediction by more than this many standard deviations, and by more than anyone moves, is no
 motion."""
 FEW = 0.1
 """Where fewer steps than this share miss their predictions at all, those that do are no measure of the usual."""
@@ -52,7 +52,7 @@ def prediction_sigma_m(miss_m: FloatArray, dt: FloatArray, dimensions: int) -> F
 
 
 def implausible(miss_m: FloatArray, spread_m: FloatArray, dt: FloatArray, fastest_m_s: float) -> BoolArray:
-    """Steps (n - 1,) that miss their predictions by more than chance (``spread_m``) and anybody's motion explain."""
+    """Steps (n - 1,) that miss their predictions by more than chance (``spread_m``) and anyone's motion explain."""
     return np.asarray(miss_m > np.maximum(IMPOSSIBLE * spread_m, fastest_m_s * dt))
 
 
@@ -76,16 +76,16 @@ FROZEN_S = 0.3
 STANDING_M_S = 0.3
 """A camera that moves less than this on average while tracking is lost is frozen, noise or not."""
 FASTEST_M_S = 3.0
-"""Nobody walks faster: a longer jump over a loss is another map, not the way walked meanwhile."""
+"""No one walks faster: a longer jump over a loss is another map, not the way walked meanwhile."""
 LEAST_JUMP_M = 0.3
 """... nor does a step shorter than this show that anything jumped as tracking was lost."""
 UNSEEN_M_S = 0.5
-"""Somebody who walks while the camera is frozen gets elsewhere by this a second (standard deviation per axis) ..."""
+"""Someone who walks while the camera is frozen gets elsewhere by this a second (standard deviation per axis) ..."""
 FOUND_M_S = 0.25
 """... and by this where the camera makes good for the way as it is found again."""
 FROZEN_WALK_M = 6.0
 FROZEN_WALK_M_S = 1.0
-"""Somebody may have walked this far while the camera was frozen, and this much farther a second."""
+"""Someone may have walked this far while the camera was frozen, and this much farther a second."""
 FOUND_TURN_RAD = 0.03
 NEW_MAP_TURN_RAD = 1.0
 """How far a tracker's map may have turned over a loss; and where it has come out in another map, metres away."""
@@ -122,7 +122,7 @@ def steps_over_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, F
     """Steps (k,) over a loss and their variances (k,) per axis beyond the usual drift, m^2.
 
     A tracker that goes on meanwhile is believed nearly as ever. A frozen camera's way, as far as the tracker says when
-    it finds itself again, is spread evenly, with the freedom of somebody who walks unseen: less where it does.
+    it finds itself again, is spread evenly, with the freedom of someone who walks unseen: less where it does.
     """
     share = dt / dt.sum()
     jumped = np.abs(step) > np.maximum(FASTEST_M_S * dt, LEAST_JUMP_M)
@@ -143,7 +143,7 @@ def loss_turn_rad(step: ComplexArray, dt: FloatArray) -> float:
 
 
 def walkable_m(frozen: BoolArray, dt: FloatArray) -> FloatArray:
-    """How far somebody may have walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
+    """How far someone may have walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
     length_m = np.zeros(len(dt))
     for start, stop in runs_of(frozen):
         length_m[start:stop] = FROZEN_WALK_M + FROZEN_WALK_M_S * dt[start:stop].sum()

@@ -56,7 +56,7 @@ class NoiseLevels:
     sighting_m: float = 0.14
     sheet_rad: float = 0.03
     sighting_observations: float = inf
-    """How many effective observations the level of sightings follows from; infinite where it is given."""
+    """How many effective observations the level of sightings follows from; infinite if it is given."""
     drift_observations: dict[DriftSource, float] = field(default_factory=dict)
     """... and that of each drift; those that are missing are given."""
 
@@ -125,7 +125,7 @@ STEP_OBSERVATIONS = 2.0
 
 
 def noise_of_other_walks(walks: Sequence[NoiseLevels]) -> list[TrackerNoise | None]:
-    """For each walk of a device the noise by the estimated levels of the others; None where these show next to none."""
+    """For each walk of a device the noise by the estimated levels of the others; None if these show next to none."""
     known = np.array([_known(walk) for walk in walks]).reshape(-1, 2)
     return [_tracker_noise(*np.delete(known, number, axis=0).sum(axis=0).tolist()) for number in range(len(walks))]
 

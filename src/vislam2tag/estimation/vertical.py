@@ -20,7 +20,7 @@ from vislam2tag.estimation.steps import implausible, predicted, prediction_sigma
 ODD_STEP_M = 0.03
 """A step this far from the predicted one may be the tracker's; only then the landmarks are asked."""
 FASTEST_M_PER_S = 1.5
-"""Nobody changes height faster than this."""
+"""No one changes height faster than this."""
 LARGEST_JUMP_M = 2.0
 """A jump frees the height by its own size, at most by this (standard deviation, metres)."""
 DRIFT_M = 0.015
@@ -179,7 +179,7 @@ def with_rides_by_landmarks(
 ) -> VerticalTrack:
     """Put the rise that the tracker did not see between landmarks on different floors into the stillest stretch.
 
-    That is the longest still stretch between them (its middle, as long as a lift takes); where there is none, all the
+    That is the longest still stretch between them (its middle, as long as a lift takes); if there is none, all the
     way between. ``sighted`` (t, 2) are usable ranks of frames that sighted two such landmarks, one after the other;
     ``rise_m`` (t,) is the height of the second landmark over the first by the survey, ``seen_m`` (t,) by the tracker.
     """
@@ -207,7 +207,7 @@ def still_stretches(track: VerticalTrack) -> IntArray:
 
 
 def _stillest(still: IntArray, time_s: FloatArray, sighted: IntArray) -> IntArray:
-    """First and last rank (2,) of the longest still stretch (r, 2) between two sightings; these where there is none."""
+    """First and last rank (2,) of the longest still stretch (r, 2) between two sightings; these if there is none."""
     between = still.clip(*sighted)
     lasting = time_s[between[:, 1]] - time_s[between[:, 0]]
     if not len(lasting) or lasting.max() < SHORTEST_S:

@@ -100,7 +100,7 @@ class BestModel(Record):
     mean_m: float
     floor_hit: float | None
     runner_up: str | None
-    """The next one; None where there is no other."""
+    """The next one; None if there is no other."""
     behind_m: float
     """By how much that one's mean error is larger."""
     behind_interval_m: tuple[float, float] | None = None
@@ -171,7 +171,7 @@ SHARES = frozenset({"floor_hit", "building_hit", "inside_68", "inside_95", "answ
 
 
 def benchmark_rows(runs: Sequence[RunRecord]) -> list[BenchmarkRow]:
-    """Sum up by split, fold and model, in the order of the runs; a row for all folds first where there are several."""
+    """Sum up by split, fold and model, in the order of the runs; a row for all folds first if there are several."""
     rows = []
     for split in _distinct(run.split for run in runs):
         here = [run for run in runs if run.split == split]
@@ -236,7 +236,7 @@ class ModelChoice:
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def made(self, seed: int | None) -> Positioner:
-        """Make it, not fitted; raises UsageError where there is no such model or parameter."""
+        """Make it, not fitted; raises UsageError if there is no such model or parameter."""
         seeded = {} if seed is None else {SEED: seed}
         return model_named(self.name, **self.parameters, **seeded)
 
@@ -305,7 +305,7 @@ def execute(
 ) -> tuple[RunRecord, RunTime, pl.DataFrame]:
     """Train and score; the table has every scan of the test part (:func:`predictions_table`).
 
-    Raises DatasetError where a part is empty or the model cannot learn from it."""
+    Raises DatasetError if a part is empty or the model cannot learn from it."""
     train, test = data.train_test(run.split, run.split.fold(run.fold))
     for what, part in (("training", train), ("test", test)):
         if not len(part):
@@ -354,7 +354,7 @@ def predictions_table(ids: TextArray, truth: ScanPlaces, found: Positions) -> pl
 
 
 def _columns(places: ScanPlaces | Positions) -> tuple[Any, ...]:
-    """Building, floor, x, y and z of places (n); None or null where they are unknown."""
+    """Building, floor, x, y and z of places (n); None or null if they are unknown."""
     named = [places.storeys[index] if index >= 0 else None for index in places.storey.tolist()]
     storeys = [one.building if one else None for one in named], [one.floor if one else None for one in named]
     return (*storeys, *map(_nullable, (*places.xy.T, places.z)))

@@ -108,7 +108,7 @@ _WITH_INTERVAL = {"floor_hit", "mean_m"}
 
 
 def rows_csv(rows: Sequence[BenchmarkRow]) -> str:
-    """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
+    """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty if not known."""
     keys = ("split", "fold", "model", "runs", "test_scans")
     head = (*keys, *(f"{name}{end}" for name in FIGURES for end in ("", "_low", "_high")))
     return csv_rows((head, *((*(getattr(row, key) for key in keys), *_bounds(row)) for row in rows)))
@@ -127,7 +127,7 @@ class ModelTime(Record):
     predict_ms: float
     """For one scan."""
     fit_ratio: float | None
-    """None where the reference was not run."""
+    """None if the reference was not run."""
     predict_ratio: float | None
 
 

@@ -1,6 +1,6 @@
 """From how far a model's own guesses lie apart to radii that hold what they promise.
 
-Circles follow what a model erred on scans left out in several ways: alone, with their walk, with their place. Nobody
+Circles follow what a model erred on scans left out in several ways: alone, with their walk, with their place. No one
 knows which of these a scan that is asked for is like, and radii that suit one way do not suit another. A walk's scans
 tell it together. Whether their walk was learned is the same for all of them: the evidence of each is added up, less of
 it where they are many, as they are not independent (design effect; Kish 1965). How much of each further way is in them
@@ -27,7 +27,7 @@ from vislam2tag.positioning.radio_scans import CheckedArrays, TextArray
 SMALLEST_SCALE_M = 0.1
 """No model is surer than this, metres."""
 UNKNOWN_M = 100.0
-"""Base where no held-out error is known (one lone scan was learned from), metres: nothing is promised."""
+"""Base if no held-out error is known (one lone scan was learned from), metres: nothing is promised."""
 
 
 def conformal_quantile(ascending: FloatArray, share: float) -> float:
@@ -57,7 +57,7 @@ class SpreadRadii:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, name: str) -> Self:
-        """Take back what :meth:`array` gave; raises ValueError where it does not fit."""
+        """Take back what :meth:`array` gave; raises ValueError if it does not fit."""
         return cls(*map(float, arrays.floats(name, 3, least=0.0)))
 
 
@@ -150,7 +150,7 @@ class HeldOutRadii:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays) -> Self:
-        """Take back what :meth:`arrays` gave; raises ValueError where it does not fit."""
+        """Take back what :meth:`arrays` gave; raises ValueError if it does not fit."""
         bounds = arrays.floats("radius_bounds", 2, "features")
         columns = 1 + bounds.shape[1]
         likeness = arrays.floats("radius_likeness", "ways", columns)

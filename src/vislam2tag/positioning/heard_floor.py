@@ -91,7 +91,7 @@ class HeardFloor:
         """How much older the scans of each phone are than their times: scans like one another lie together most then.
 
         Of walks that meet others head-on each puts what it hears late behind the place where it was. Had other walks
-        been walked a lag would scatter as when walks are drawn anew (bootstrap).
+        been walked a lag would scatter as when walks are drawn again (bootstrap).
         """
         near = self.nearest(self.learned)
         alike = np.flatnonzero(near.away[:, 0] < ALIKE)
@@ -132,7 +132,7 @@ class HeardFloor:
         return moved
 
     def _levelled(self) -> Self:
-        """Take from all levels of a phone by how much it hears louder than others where scans are most alike."""
+        """Take from all levels of a phone by how much it hears stronger than others where scans are most alike."""
         phones, phone = np.unique(self.scans.device, return_inverse=True)
         floor = self
         for _ in range(OFFSET_ROUNDS if len(phones) > 1 else 0):

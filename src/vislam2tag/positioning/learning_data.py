@@ -53,7 +53,7 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
     """Read all labelled fingerprints of one technology.
 
     Those whose label is uncertain are left out, as everywhere where labelled ones count (no split holds them). Raises
-    DatasetError where there is none.
+    DatasetError if there is none.
     """
     labelled = (
         dataset.fingerprints.filter(
@@ -107,7 +107,7 @@ def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
 
 
 def _text(column: pl.Series) -> TextArray:
-    """(n,) text; empty where null."""
+    """(n,) text; empty if null."""
     return column.fill_null("").to_numpy().astype(np.str_)
 
 
@@ -130,7 +130,7 @@ class ModelUpdate:
 def updated(known: LabelledScans, later: LabelledScans, technology: str = "wifi") -> ModelUpdate:
     """Join what a model learned and a later survey, which may be partial, or hold the known scans, too.
 
-    Raises DatasetError where the later survey has nothing that is not known.
+    Raises DatasetError if the later survey has nothing that is not known.
     """
     scans, places = joined_scans([known[0], later[0]]), joined_places([known[1], later[1]])
     old = np.arange(len(scans)) < len(known[0])

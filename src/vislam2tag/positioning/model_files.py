@@ -5,7 +5,7 @@ model's arrays, and as the only entry of its metadata a :class:`ModelHeader` as 
 bytes. What the arrays mean, and how to answer by them without this package, stands in docs/reference/model-files.md.
 
 Nothing of this package is needed to use the ONNX file. Its input ``level_dbm`` (n, a), double, is the level of each
-access point, in the order of the entry ``access_points`` of the file's metadata, NaN where it was not heard. Outputs
+access point, in the order of the entry ``access_points`` of the file's metadata, NaN if it was not heard. Outputs
 are fields of :class:`~vislam2tag.positioning.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry
 ``storeys``; -1: unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``. Scaling, decoding, radii and the
 answer "unknown" are part of the graph; what stays outside is to bring readings into the columns (of several readings of
@@ -96,7 +96,7 @@ class SavedModel:
 
 
 def save_model(saved: SavedModel, path: AnyPath) -> None:
-    """Write the file, whole or not at all; raises OutputError where it cannot be written."""
+    """Write the file, whole or not at all; raises OutputError if it cannot be written."""
     write_file(Path(path), model_bytes(saved))
 
 
@@ -118,7 +118,7 @@ def model_bytes(saved: SavedModel) -> bytes:
 def load_model(path: AnyPath) -> SavedModel:
     """Read a model's file; nothing of it is used before header and arrays were checked.
 
-    Raises ModelError where it is none, damaged, of a later version, or of a model that was removed, and UsageError
+    Raises ModelError if it is none, damaged, of a later version, or of a model that was removed, and UsageError
     where the model needs what is not installed.
     """
     path = Path(path)
@@ -210,7 +210,7 @@ def _made(path: Path, header: ModelHeader) -> Positioner:
 
 
 def _checksum(fields: Mapping[str, Any], arrays: Mapping[str, AnyArray]) -> str:
-    """Hash a header's fields, but for the checksum itself, and all arrays."""
+    """Hash a header's fields, except for the checksum itself, and all arrays."""
     rest = {name: value for name, value in fields.items() if name != _CHECKSUM}
     digest = hashlib.sha256(json.dumps(rest, sort_keys=True).encode())
     for name in sorted(arrays):
@@ -227,8 +227,8 @@ OPSET = 20
 def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
     """Write a fitted model, whole or not at all; ``about`` adds entries to the file's metadata.
 
-    The same model gives the same bytes. Raises UsageError where the model has no such form or ONNX is not installed,
-    and OutputError where the file cannot be written.
+    The same model gives the same bytes. Raises UsageError if the model has no such form or ONNX is not installed,
+    and OutputError if the file cannot be written.
     """
     module = model.torch_module()
     if module is None:

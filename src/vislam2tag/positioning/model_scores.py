@@ -57,19 +57,19 @@ class Score(Record):
     ipin_m: float | None
     """Third quartile of the error in the plane plus 15 m for each floor off (50 m for a wrong building)."""
     inside_68: float | None
-    """Share of true places inside the stated 68 % circle; None where none is stated."""
+    """Share of true places inside the stated 68 % circle; None if none is stated."""
     inside_95: float | None
 
 
 def plane_error_m(found: Positions, truth: ScanPlaces) -> FloatArray:
-    """(n,) distance in the plane; NaN where the answer is unknown."""
+    """(n,) distance in the plane; NaN if the answer is unknown."""
     return truth.distance_m(found.xy)
 
 
 def score(found: Positions, truth: ScanPlaces) -> Score:
     """Compare positions (n) with the truth (n); the truth's storeys must be the model's.
 
-    Raises ValueError where they are not.
+    Raises ValueError if they are not.
     """
     if found.storeys != truth.storeys:
         raise ValueError("positions and truth have different storeys")
@@ -122,7 +122,7 @@ def _buildings(found: Positions) -> FloatArray:
 
 
 def _inside(error_m: FloatArray, radius_m: FloatArray) -> float | None:
-    """Share of errors (n,) within radii (n,); None where none is stated."""
+    """Share of errors (n,) within radii (n,); None if none is stated."""
     stated = np.isfinite(radius_m) & np.isfinite(error_m)
     return _share(error_m[stated] <= radius_m[stated])
 
@@ -147,7 +147,7 @@ class TriedModel:
 
     name: str
     mean_m: float
-    """Mean error in the plane, metres; NaN where it was not tried."""
+    """Mean error in the plane, metres; NaN if it was not tried."""
     floor_hit: float
     score_m: float
     """Mean error and 15 m for each scan on a wrong floor: the least is chosen."""
@@ -196,7 +196,7 @@ def tried_models(
 ) -> ModelTrial:
     """Cross-validate the candidates over walks, of data without walks over scans.
 
-    One that would overrun the budget is left out, but never the first. Raises DatasetError where there are too few
+    One that would overrun the budget is left out, but never the first. Raises DatasetError if there are too few
     scans to leave any out.
     """
     scans, places = labelled

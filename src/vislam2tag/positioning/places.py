@@ -1,7 +1,7 @@
 """Where scans were taken (what a model learns), and where a model puts them.
 
 Which training scans may speak for others when a model tells how well it does: never those of the same walk. A density
-over places is spread on cells: those near where somebody was, on every storey.
+over places is spread on cells: those near where someone was, on every storey.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class ScanPlaces:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, storeys: tuple[Storey, ...]) -> Self:
-        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit."""
+        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError if it does not fit."""
         return cls(
             storeys=storeys,
             storey=arrays.integers("storey", "n", below=len(storeys)).astype(np.int64),
@@ -66,7 +66,7 @@ class ScanPlaces:
         return replace(self, storeys=storeys, storey=number[self.storey])
 
     def distance_m(self, xy: FloatArray) -> FloatArray:
-        """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN where one is unknown."""
+        """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN if one is unknown."""
         return np.asarray(np.hypot(*(xy - self.xy).T))
 
     @property
@@ -76,7 +76,7 @@ class ScanPlaces:
 
     @property
     def storey_height_m(self) -> FloatArray:
-        """(len(storeys),) median height of each storey's places, metres; NaN where none is known."""
+        """(len(storeys),) median height of each storey's places, metres; NaN if none is known."""
         height_m = np.full(len(self.storeys), np.nan)
         known = np.isfinite(self.z)
         for storey in np.unique(self.storey[known]):
@@ -195,7 +195,7 @@ def fold_numbers(walks: IntArray, count: int, seed: int) -> IntArray:
 
 
 def usable_validation(validation: LabelledScans | None) -> LabelledScans | None:
-    """Return the held-out scans that hear something and have a place; None where there are none."""
+    """Return the held-out scans that hear something and have a place; None if there are none."""
     if validation is None:
         return None
     scans, places = validation

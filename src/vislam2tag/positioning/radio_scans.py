@@ -28,7 +28,7 @@ _GREATEST = 1e100
 
 
 class CheckedArrays:
-    """Named arrays; each is taken with its kind, shape and range. Raises ValueError where it has others."""
+    """Named arrays; each is taken with its kind, shape and range. Raises ValueError if it has others."""
 
     def __init__(self, arrays: Mapping[str, AnyArray], **sizes: int) -> None:
         """Take the arrays, and the sizes of axes that are known already."""
@@ -110,11 +110,11 @@ class RadioScans:
     rssi_dbm: FloatArray
     """(m,)"""
     device: TextArray
-    """(n,) phone; empty where unknown."""
+    """(n,) phone; empty if unknown."""
     session: TextArray
-    """(n,) walk; empty where there are none."""
+    """(n,) walk; empty if there are none."""
     time_ns: IntArray
-    """(n,) start of the scan; 0 where unknown."""
+    """(n,) start of the scan; 0 if unknown."""
 
     def __len__(self) -> int:
         return len(self.start) - 1
@@ -178,7 +178,7 @@ class RadioScans:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, access_points: Sequence[str]) -> Self:
-        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit.
+        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError if it does not fit.
 
         Older files tell neither devices nor sessions.
         """
@@ -199,7 +199,7 @@ class RadioScans:
         )
 
     def dense(self, not_heard: float = np.nan) -> FloatArray:
-        """Make the (n, a) matrix of levels, dBm; ``not_heard`` where nothing was."""
+        """Make the (n, a) matrix of levels, dBm; ``not_heard`` if nothing was."""
         matrix = np.full(self.shape, not_heard)
         matrix[self.row, self.column] = self.rssi_dbm
         return matrix
@@ -219,7 +219,7 @@ def _numbered(names: TextArray) -> IntArray:
 
 
 def _named(arrays: CheckedArrays, kind: str, n: int) -> TextArray:
-    """(n,) names that nothing else has, by number; empty where none is told."""
+    """(n,) names that nothing else has, by number; empty if none is told."""
     if kind not in arrays:
         return np.full(n, "", dtype=np.str_)
     number = arrays.integers(kind, "n", least=-1)
@@ -300,7 +300,7 @@ class Representation(StrEnum):
 
 
 def represented(scans: RadioScans, representation: Representation) -> FloatArray:
-    """Make the (n, a) matrix of numbers from 0 to 1; 0 where an access point is not heard."""
+    """Make the (n, a) matrix of numbers from 0 to 1; 0 if an access point is not heard."""
     return represented_levels(scans.dense(FAINTEST_DBM), representation)
 
 

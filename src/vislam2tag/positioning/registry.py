@@ -74,7 +74,7 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         """Learn from scans (n) and their places (n).
 
         ``validation`` is for early stopping and calibration; without it a model draws its own from the training data.
-        Raises DatasetError where there is nothing to learn from.
+        Raises DatasetError if there is nothing to learn from.
         """
         if len(scans) != len(places):
             raise ValueError(f"{len(scans)} scans and {len(places)} places")
@@ -107,11 +107,11 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         return -float(np.nanmean(error))
 
     def remarks(self) -> Sequence[str]:
-        """Return what somebody who trained the model should know of its training data, a sentence each."""
+        """Return what someone who trained the model should know of its training data, a sentence each."""
         return ()
 
     def learned(self) -> LabelledScans | None:
-        """Return the scans that the model keeps, and where they were taken; None where it keeps none."""
+        """Return the scans that the model keeps, and where they were taken; None if it keeps none."""
         return None
 
     def torch_module(self) -> Any:

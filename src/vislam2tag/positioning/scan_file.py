@@ -56,7 +56,7 @@ MASKED: FindingKind = "masked_addresses"
 LOST_SIGN: FindingKind = "lost_sign"
 FILLER: FindingKind = "unstated_filler"
 Fields = tuple[str, str, str, str, str]
-"""Scan, access point, level, session and time as text; empty where it is not said."""
+"""Scan, access point, level, session and time as text; empty if it is not said."""
 _LEFT_OUT = "these lines are skipped"
 _MESSAGES: dict[FindingKind, str] = {
     MALFORMED: f"expected {', '.join(COLUMNS)}, with a number as level; {_LEFT_OUT}",
@@ -176,7 +176,7 @@ class _Gathered:
 def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator[ScanBlock]:
     """Read scans some thousand at a time, walks whole; ``name`` makes the model's name for a ``bssid``.
 
-    A scan of which no line can be used is there, without readings. Raises DatasetError where the file cannot be read,
+    A scan of which no line can be used is there, without readings. Raises DatasetError if the file cannot be read,
     has not the columns, or scatters the readings of a scan.
     """
     for number, gathered in enumerate(_gathered(path, bad, name)):
@@ -322,7 +322,7 @@ class Tracks:
     """Tracks of many sessions; each is read when it is asked for."""
 
     def __init__(self, path: AnyPath) -> None:
-        """Open a CSV or a folder; raises DatasetError where it is neither."""
+        """Open a CSV or a folder; raises DatasetError if it is neither."""
         path = Path(path)
         if path.is_dir():
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
@@ -339,9 +339,9 @@ class Tracks:
         self._path = path
 
     def at(self, scans: RadioScans) -> FloatArray:
-        """Return places (n, 2) at the scans' times, metres; NaN where the track has none.
+        """Return places (n, 2) at the scans' times, metres; NaN if the track has none.
 
-        Raises DatasetError where a table lacks a column.
+        Raises DatasetError if a table lacks a column.
         """
         place = np.full((len(scans), 2), np.nan)
         for session in np.unique(scans.session):
@@ -351,7 +351,7 @@ class Tracks:
         return place
 
     def _between(self, session: str, time_ns: IntArray) -> FloatArray:
-        """(n, 2) places of the session's track at times (n,), ns, in metres; NaN where it has none."""
+        """(n, 2) places of the session's track at times (n,), ns, in metres; NaN if it has none."""
         table = self._tables[session]
         try:
             seen = (

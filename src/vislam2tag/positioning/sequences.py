@@ -33,7 +33,7 @@ _FEWEST_ANSWERS = 5
 """A stretch of track over fewer answers cannot be turned into their frame."""
 _SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
 _SPEED_M_S = 1.0
-"""How fast the place may change where no track is given; one standard deviation."""
+"""How fast the place may change if no track is given; one standard deviation."""
 _FASTEST_M_S = 2.0
 """A tracker that moves faster has jumped: what it sees before and after may be turned differently."""
 _DRIFT = 0.1
@@ -50,7 +50,7 @@ def smoothed(found: Positions, scans: RadioScans, track_m: FloatArray | None = N
     """Smooth the answers (n) to scans (n) over each session; scans without a session or a time stay as they are.
 
     ``track_m`` (n, 2): where the phone's tracker saw itself at each scan, in a level frame of its own with metres but
-    any origin and heading, one for each session; NaN where it was lost. Without a track a place follows the last one at
+    any origin and heading, one for each session; NaN if it was lost. Without a track a place follows the last one at
     walking speed. A scan that hears nothing known gets its place from its neighbours. Radii keep the model's
     calibration where a scan stands alone, and shrink as much as its neighbours help.
     """
@@ -249,7 +249,7 @@ def _after_step(probability: FloatArray, leave: float) -> FloatArray:
 
 
 def _heights(answer: Positions, storey: IntArray) -> FloatArray:
-    """Heights (n,) as the model gave them for scans of the same storey in this walk; NaN where there are none."""
+    """Heights (n,) as the model gave them for scans of the same storey in this walk; NaN if there are none."""
     known = np.isfinite(answer.z)
     places = ScanPlaces(answer.storeys, answer.storey[known], answer.xy[known], answer.z[known], answer.z[known])
     return np.where((storey == answer.storey) & known, answer.z, places.storey_height_m[storey])

@@ -80,7 +80,7 @@ class ScanCells:
 
 
 def dense_levels(scans: RadioScans, level: FloatArray, rows: IntArray) -> FloatArray:
-    """Make the (r, a) levels of some scans, of the levels (m,) of all readings; 0 where not heard."""
+    """Make the (r, a) levels of some scans, of the levels (m,) of all readings; 0 if not heard."""
     return replace(scans, rssi_dbm=level)[rows].dense(not_heard=0.0)
 
 
@@ -287,7 +287,7 @@ class VotedPositions:
     xy: FloatArray
     """(n, 2) mean of the places on that storey, metres."""
     z: FloatArray
-    """(n,) mean of their heights, metres; NaN where none is known."""
+    """(n,) mean of their heights, metres; NaN if none is known."""
     spread_m: FloatArray
     """(n,) root mean square distance in the plane of all places, on whichever storey, from the answer."""
     torn: FloatArray
@@ -334,7 +334,7 @@ def _counted(votes: Votes, places: ScanPlaces, middle: Middle, further: FloatArr
 
 
 def _mean(weight: FloatArray, values: FloatArray) -> FloatArray:
-    """(n, d) weighted mean of values (n, m, d); NaN where all weights (n, m) are 0."""
+    """(n, d) weighted mean of values (n, m, d); NaN if all weights (n, m) are 0."""
     total = weight.sum(axis=1)[:, None]
     weighted = (weight[..., None] * values).sum(axis=1)
     return np.asarray(np.divide(weighted, total, out=np.full_like(weighted, np.nan), where=total > 0))

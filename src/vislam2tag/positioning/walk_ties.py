@@ -147,7 +147,7 @@ def _log_likelihoods(fixes: Fixes, known: FloatArray, share: float, reach_m: flo
 SCAN_M = 1.0
 """How near scans place one another were their labels true: labels better than that count little more."""
 GAP_M = 3.0
-"""Where no other walk came nearer than this, none can say that a walk was there."""
+"""Where no other walk came closer than this, none can say that a walk was there."""
 SPREAD_SHARE, AWAY_M2, LEAST_M2 = 0.25, 0.4, 0.01
 """What a fix's variance is expected to follow, up to a factor that is estimated: this share of the variance of places
 learned from, so much where the nearest scan is as far as usual, the squared distance from other walks, and a little."""
@@ -162,7 +162,7 @@ fixes are averaged."""
 
 
 def radio_ties(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> list[PlaceTies | None]:
-    """Return for each walk of a floor where the others' scans put it; None where they tell nothing that helps.
+    """Return for each walk of a floor where the others' scans put it; None if they tell nothing that helps.
 
     ``scans`` of each walk have times (``time_ns``, boot clock), and the phones that took them where they are known.
     """
@@ -175,7 +175,7 @@ def radio_ties(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
 
 
 def walk_fixes(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> list[Fixes | None]:
-    """Put each walk's scans where the others took scans like them; None where these are too few."""
+    """Put each walk's scans where the others took scans like them; None if these are too few."""
     if sum(trace is not None for trace in traces) < 2:
         return [None] * len(traces)
     floor = HeardFloor.of(traces, scans)
@@ -186,7 +186,7 @@ def walk_fixes(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
 
 
 def _ask(floor: HeardFloor, number: int) -> tuple[IntArray, NearestScans, FloatArray] | None:
-    """Look for scans like those of a walk where others were; None where there are too few.
+    """Look for scans like those of a walk where others were; None if there are too few.
 
     Returns scans (q,) of the walk, those of other walks that are near, and how far the others kept away (q,), metres.
     """
@@ -223,7 +223,7 @@ def _fixes(floor: HeardFloor, asked: tuple[IntArray, NearestScans, FloatArray], 
 
 
 def _ties(fixes: Fixes, covariance: FloatArray) -> PlaceTies | None:
-    """Fixes with a covariance (n, n) of each axis; None where they promise little.
+    """Fixes with a covariance (n, n) of each axis; None if they promise little.
 
     What is averaged where there are many is how far the path is off.
     """

@@ -16,7 +16,7 @@ from vislam2tag.estimation.landmark_priors import LandmarkPriors
 EVERY_M, EVERY_S = 1.0, 2.0
 """Others are told of a place once in so much of the way, and where a walker stands once in so many seconds."""
 HOLE_S = 1.0
-"""Between frames farther apart than this nobody knows where a walk led."""
+"""Between frames farther apart than this no one knows where a walk led."""
 LEAST_M = 0.05
 """No walk knows the way between landmarks better than this."""
 
@@ -38,7 +38,7 @@ class WalkTrace:
 
     @classmethod
     def of(cls, mapped: Trajectory, floor: int, landmarks: LandmarkPriors) -> Self | None:
-        """Thin the frames on a floor of a walk mapped past ``landmarks``; None where it led nowhere there."""
+        """Thin the frames on a floor of a walk mapped past ``landmarks``; None if it led nowhere there."""
         here = np.isfinite(mapped.sigma_m)
         if len(mapped.floor):
             here &= mapped.floor == floor

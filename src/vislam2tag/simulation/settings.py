@@ -1,6 +1,6 @@
-"""Options of the simulator's world, what can be chosen of a simulated survey, and where its random numbers come from.
+"""Settings of the simulated world, options of a simulated survey, and sources of random numbers.
 
-Imports nothing heavy, as the command's help names it all.
+Imports nothing heavy, because the command's help names them all.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class SiteColumn(StrEnum):
 
 
 class CopiedSurvey(StrEnum):
-    """Surveys that are simulated in copy."""
+    """Surveys of which copies are simulated."""
 
     PAPER = "paper"
 
@@ -199,9 +199,9 @@ class SimulationSettings(FiniteRecord):
 
 class WalkSettings(Record):
     """How a simulated person walks.
+
     Not in the tree of settings: the style of a walk and its faults follow from the command's options
     (:func:`walk_settings`, ``--severity``). In Python, pass your own to the functions of ``scenario``.
-    (:func:`walk_settings`, ``--severity``); Python gives a walk of its own to the functions of ``scenario``.
     """
 
     speed_m_s: float = Field(default=1.0, gt=0.2, lt=2)
@@ -223,9 +223,9 @@ class WalkSettings(Record):
 
 class TrackerSettings(Record):
     """The AR tracker's errors at severity 1. Drift and faults scale with ``severity``.
+
     Not in the tree of settings: the values follow from ``--severity``, the session's phone and its rank among all
     sessions (docs/reference/simulator.md). ``simulation.json`` contains the values of each session.
-    (docs/reference/simulator.md); ``simulation.json`` holds them as resolved for each session.
     """
 
     severity: float = Field(default=1.0, ge=0)

@@ -62,7 +62,7 @@ def recognises(path: Path) -> bool:
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read the three files; a device's samples of a day are a session, unless the ids name the walk as ours do.
 
-    Raises DatasetError where a file lacks a column, or a sample its position.
+    Raises DatasetError if a file lacks a column, or a sample its position.
     """
     folder = folder_of(path, context.scratch, context.most_unpacked)
     files = {name: _file(path, folder, name) for name in FILES}
@@ -129,7 +129,7 @@ def _rows(file: Path, samples: pl.DataFrame, technologies: pl.DataFrame) -> pl.D
 
 
 def _part(sets: pl.Series) -> pl.Series:
-    """``train`` and ``test``; a validation set tests where there is no test set, else it is in neither part."""
+    """``train`` and ``test``; a validation set tests if there is no test set, else it is in neither part."""
     named = {SETS[TRAIN]: TRAIN, "train": TRAIN, SETS[TEST]: TEST, "test": TEST}
     part = sets.replace_strict(named, default=None, return_dtype=pl.String)
     if TEST not in part:
@@ -178,7 +178,7 @@ HOLDS = {
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the three files, session by session.
 
-    Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
+    Raises DatasetError if no fingerprint has a position, UsageError for a split that is not there.
     """
     parts, chosen = writing.train_test_assignment(dataset, context)
     fingerprints, findings = writing.labelled_fingerprints(dataset, uncertain=False)

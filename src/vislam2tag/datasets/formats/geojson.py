@@ -37,7 +37,7 @@ _Floor = tuple[str, int]
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``fingerprints.geojson``, session by session.
 
-    Raises DatasetError where no fingerprint has a position.
+    Raises DatasetError if no fingerprint has a position.
     """
     fingerprints, findings = labelled_fingerprints(dataset)
     used = set(fingerprints.select("building", "floor").unique().collect(engine="streaming").rows())

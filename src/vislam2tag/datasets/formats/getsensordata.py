@@ -91,7 +91,7 @@ def _places(taps: LoggedTaps) -> list[Storey]:
 
 
 def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
-    """The tap nearest to the median of all; raises DatasetError where there is none."""
+    """The tap nearest to the median of all; raises DatasetError if there is none."""
     position = np.concatenate([each.position for each in taps])
     if not len(position):
         raise DatasetError(f"{path}: no log has a POSI row with a place, so nothing can be labelled")

@@ -78,7 +78,7 @@ def recognises(path: Path) -> bool:
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read every session's Wi-Fi readings and group them by scan, one session in memory at a time.
 
-    Raises DatasetError where a table has other columns or a number is none.
+    Raises DatasetError if a table has other columns or a number is none.
     """
     root = _root(path, folder_of(path, context.scratch, context.most_unpacked))
     sessions = _sessions(path, root)
@@ -200,7 +200,7 @@ HOLDS = {
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the annotated tables of every session that has a label.
 
-    Raises DatasetError where none has, or ``labels`` is no finished output of ``process``, UsageError where
+    Raises DatasetError if none has, or ``labels`` is no finished output of ``process``, UsageError where
     ``--survey`` is another survey.
     """
     opened, left_out = shared_labels(labels, context)

@@ -2,7 +2,7 @@
 
 Groups are by technology; columns of a table become their data sets, filled piece by piece. Windows of inertial and
 magnetic readings stand beside, with the same splits. The file may lie on a disk which becomes full: the HDF5 library
-ends the process by a segmentation fault where it cannot write what it holds as a file is closed. So it writes to a file
+ends the process by a segmentation fault if it cannot write what it holds as a file is closed. So it writes to a file
 object that never fails: what goes wrong first is kept, all after it is dropped, and it is raised once the library is
 done.
 """
@@ -43,7 +43,7 @@ Hdf5Column = tuple[Any, str | None, str | None]
 
 
 def _known(rows: pl.DataFrame, name: str) -> Hdf5Column:
-    """Numbers; NaN where not known."""
+    """Numbers; NaN if not known."""
     return rows[name].fill_null(float("nan")).to_numpy(), UNITS.get(name), None
 
 
@@ -226,7 +226,7 @@ class _PatientFile(io.RawIOBase):
         """What went wrong first."""
 
     def write(self, data: memoryview) -> int:  # type: ignore[override]
-        """Write all of it, or nothing where anything failed before."""
+        """Write all of it, or nothing if anything failed before."""
         left = memoryview(data)
         try:
             self._file.seek(self._at)
@@ -255,7 +255,7 @@ class _PatientFile(io.RawIOBase):
         return self._at
 
     def truncate(self, size: int | None = None) -> int:
-        """As any file's, but for a failure."""
+        """As any file's, except for a failure."""
         try:
             return self._file.truncate(size)
         except OSError as error:
@@ -295,7 +295,7 @@ HOLDS = {
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``fingerprints.h5`` with a group for each technology, piece by piece.
 
-    Raises DatasetError where no fingerprint has a position.
+    Raises DatasetError if no fingerprint has a position.
     """
     fingerprints, findings = writing.labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()

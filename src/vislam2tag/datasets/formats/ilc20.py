@@ -62,7 +62,7 @@ def find_sites(root: Path) -> Ilc20Sites:
     """Look for traces below a folder; one that is a floor's or a site's own folder will do.
 
     Traces lie in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR`` itself, ``floor_info.json`` and the plan in
-    ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError where there is no trace.
+    ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError if there is no trace.
     """
     root = root.resolve()
     found, left_out = [], []
@@ -88,7 +88,7 @@ def find_sites(root: Path) -> Ilc20Sites:
 
 
 def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
-    """The parts of the floor's folder of a trace file; None where its folders are not named so."""
+    """The parts of the floor's folder of a trace file; None if its folders are not named so."""
     own = parts[:-1]
     if own and own[-1] == TRACES:
         return own[:-1]

@@ -58,7 +58,7 @@ def foxglove_schemas() -> dict[str, Any]:
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write a file for each session that has a position; the others are counted.
 
-    Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position, SurveyError
+    Raises DatasetError if ``labels`` is no finished output of ``process``, or no session has a position, SurveyError
     where the survey is none.
     """
     opened, outside = shared_labels(labels, context)

@@ -79,7 +79,7 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, context: ImportContext) -> Dataset:
-    """Scan the tables; raises DatasetError where one is missing or has other columns."""
+    """Scan the tables; raises DatasetError if one is missing or has other columns."""
     found = folder_of(path, context.scratch, context.most_unpacked)
     folder = next((file.parent for file in sorted(found.rglob(f"{FINGERPRINTS}.parquet"))), found)
     tables = {name: _table(folder / f"{name}.parquet", name) for name in SCHEMAS if _wanted(folder, name)}

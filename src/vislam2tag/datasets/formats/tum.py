@@ -25,7 +25,7 @@ HOLDS = {
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the frames that have a position; sessions without any are left out and counted.
 
-    Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position.
+    Raises DatasetError if ``labels`` is no finished output of ``process``, or no session has a position.
     """
     opened, left_out = shared_labels(labels, context)
     sessions = opened.sessions

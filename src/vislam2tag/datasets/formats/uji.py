@@ -171,7 +171,7 @@ HOLDS = {
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``trainingData.csv`` and ``validationData.csv``, and what their numbers stand for.
 
-    The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
+    The wide matrix is made piece by piece. Raises DatasetError if no Wi-Fi fingerprint has a position, UsageError
     for a split that is not there.
     """
     parts, chosen = writing.train_test_assignment(dataset, context)

@@ -1,8 +1,8 @@
 """Losses, breaks and slips of a tracker bridged by how the walker walked meanwhile (docs/explanation/smoother.md).
 
-Inertial sensors give steps and turns, but for a heading and a scale, which the tracker's steps on both sides give. How
-far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.
-Slips are where the ways of tracker and inertial sensors part although the tracker reports no loss.
+Inertial sensors give steps and turns, except for a heading and a scale, which the tracker's steps on both sides give.
+How far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker
+saw. Slips are where the ways of tracker and inertial sensors part although the tracker reports no loss.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def bridged_observations(
     """Reduce a session with two or more usable frames, as the smoother wants it, its losses bridged.
 
     With ``slips`` the inertial sensors also show where the tracker may have slipped; ``surveyed`` landmarks count most
-    where there are more than can be solved for.
+    if there are more than can be solved for.
     """
     odometry = continuous_odometry(camera, log)
     asked = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
@@ -224,7 +224,7 @@ class _TwoPaths:
 
     def errors(self, duration_s: float) -> tuple[float, float] | None:
         """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn, if the tracker
-        saw the way; None where that cannot be tried at all.
+        saw the way; None if that cannot be tried at all.
 
         Where too few can be tried, those of half the duration tell: a heading that drifts leads astray by the time's
         power of 3 / 2, and drifts by its root.

@@ -68,12 +68,12 @@ WALL_SIGMA_M = 1.0
 WALL_MEMORY_S = 2.0
 """How long that lasts, seconds."""
 STANDING_NOISE_M = 0.01
-"""Random part of the motion of somebody who stands, metres per square root of a second."""
+"""Random part of the motion of someone who stands, metres per square root of a second."""
 LEAST_NOISE_M = 1e-3
 OFFSET_RAD = 0.1
 """How far a walker goes beside where the phone points when a recording begins, one standard deviation."""
 UNKNOWN_M_S = 1.5
-"""How fast somebody may walk while there are no readings."""
+"""How fast someone may walk while there are no readings."""
 LOOSE = np.diag((1e-8, 1e-8, 0.0, 1e-4, 0.0))
 """Weights that keep what nothing ties regular: 10 km, 100 rad."""
 HOP_S = 0.5
@@ -87,7 +87,7 @@ class Nodes:
 
     ``time_s`` (k,); ``motion`` (k - 1,) complex metres, in a frame that the gyroscope holds still; ``length_m``
     (k - 1,) of the way; ``turn_rad`` (k - 1,) how far the phone turned, either way; ``known`` (k - 1,) mask of the
-    stretches without a gap in the readings; ``drift_rad`` (k,) the phone's own heading less the gyroscope's, NaN where
+    stretches without a gap in the readings; ``drift_rad`` (k,) the phone's own heading less the gyroscope's, NaN if
     it has none; ``swinging`` (k - 1,) from 0, the phone is held still, to 1.
     """
 
@@ -196,7 +196,7 @@ class MotionFactor:
 
     @property
     def cost(self) -> float:
-        """Minus twice the logarithm of the likelihood, but for what no state changes."""
+        """Minus twice the logarithm of the likelihood, except for what no state changes."""
         return float((self.precision * self.residual**2).sum())
 
 
@@ -205,7 +205,7 @@ class NodeFactor:
     """Ties single nodes by errors ``error`` (r,) that are expected 0, with ``weight`` (r,), their robust precisions.
 
     ``slope`` (r, 5) is that of the error by the node's state; ``node`` (r,) index, or None: one error for each node.
-    ``cost`` is minus twice the logarithm of their likelihood, but for what no state changes.
+    ``cost`` is minus twice the logarithm of their likelihood, except for what no state changes.
     """
 
     error: FloatArray
@@ -288,7 +288,7 @@ class PathModel:
         return NodeFactor(error, UNIT[[SCALE, OFFSET]], weight, cost + float(squared[1]), np.zeros(2, dtype=np.int64))
 
     def north(self, state: PathState) -> NodeFactor:
-        """The heading by the phone's own; nothing where it has none."""
+        """The heading by the phone's own; nothing if it has none."""
         drift_rad, sigma_rad = self.nodes.drift_rad, NORTH_SIGMA_RAD
         off = wrapped(state.heading_rad - np.nan_to_num(drift_rad))
         share = np.where(np.isfinite(drift_rad), self._share(2 * self.north_memory_s), 0.0)
@@ -338,7 +338,7 @@ class PathModel:
         return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
     def cost(self, state: PathState, fixes: WalkFixes) -> float:
-        """Minus twice the logarithm of the likelihood, but for what no state changes."""
+        """Minus twice the logarithm of the likelihood, except for what no state changes."""
         return self.motion(state).cost + sum(factor.cost for factor in self.node_factors(state, fixes))
 
 

@@ -1,4 +1,4 @@
-"""How somebody walks: features of short windows, the speed from them, and the direction against where the phone points.
+"""How someone walks: features of short windows, the speed from them, and the direction against where the phone points.
 
 A phone in a pocket does not look ahead, but its gait shows the way. With each step a body is pushed forwards and
 upwards, one after the other. Where the horizontal acceleration that goes with the vertical one points is the direction
@@ -28,7 +28,7 @@ CADENCE_HZ = (1.2, 2.8)
 CADENCE_RANGE_HZ = (1.3, 2.6)
 SPECTRUM = 512
 STANDING_M_S2 = 0.6
-"""Vertical acceleration (root mean square) below which somebody rather stands."""
+"""Vertical acceleration (root mean square) below which someone rather stands."""
 SWINGING_RAD_S = 0.9
 """A phone that tilts to and fro by more (root mean square) swings in a hand rather than being looked at."""
 _SHAPES = (
@@ -183,7 +183,7 @@ LOPSIDED = 0.3
 
 
 def turned_by_gait(signals: WalkSignals, up: FloatArray, features: WindowFeatures) -> float:
-    """How far anticlockwise of where the phone points somebody walks, rad; 0 where no gait says that they differ.
+    """How far counter-clockwise of where the phone points someone walks, rad; 0 if no gait says that they differ.
 
     ``up`` (n, 3) is a unit vector in the device's axes.
     """
@@ -199,7 +199,7 @@ def turned_by_gait(signals: WalkSignals, up: FloatArray, features: WindowFeature
 
 
 def _ahead_by_swing(tilting: ComplexArray) -> complex:
-    """Where a leg's walker goes, by its turning (n,) about level axes, rad/s; 0 where no leg swings.
+    """Where a leg's walker goes, by its turning (n,) about level axes, rad/s; 0 if no leg swings.
 
     What swings along where the phone points may be a hand, which then points ahead.
     """
@@ -220,7 +220,7 @@ def _ahead_by_swing(tilting: ComplexArray) -> complex:
 def _ahead_by_push(
     signals: WalkSignals, up: FloatArray, forward: FloatArray, left: FloatArray, moving: BoolArray
 ) -> complex:
-    """Where the steps push; 0 where windows disagree, or few have steps."""
+    """Where the steps push; 0 if windows disagree, or few have steps."""
     length = round(GAIT_WINDOW_S * RATE_HZ)
     count = len(up) // length
     if count < FEWEST_WINDOWS:

@@ -41,7 +41,7 @@ class Walls:
         return np.maximum(self._into(position) + self.distance_m, 0.0), slope
 
     def fit(self, position: ComplexArray) -> bool:
-        """Tell whether fixes (f,), complex metres, lie where the plan says that one can walk, but for some."""
+        """Return whether fixes (f,), complex metres, lie where the plan says that one can walk, except for some."""
         return bool((self._into(position) > FITTING_M).mean() < MOST_OUTSIDE)
 
     def scatter(self, position: ComplexArray) -> FloatArray:
@@ -69,7 +69,7 @@ MEMORY_S = 12.0
 @dataclass(frozen=True)
 class SharedLines:
     """For each of k nodes a line that other walks share: through ``place`` (k,), complex metres, across ``normal``
-    (k,), unit; ``precision`` (k,) of a walk's distance from it, 1 / m^2, 0 where no other walk led along.
+    (k,), unit; ``precision`` (k,) of a walk's distance from it, 1 / m^2, 0 if no other walk led along.
     """
 
     place: ComplexArray
@@ -78,7 +78,7 @@ class SharedLines:
 
     @classmethod
     def of(cls, ways: WalkedWays, position: ComplexArray, course: ComplexArray) -> SharedLines:
-        """Find them for a path: ``position`` (k,) complex metres, ``course`` (k,) unit, 0 where nobody walks."""
+        """Find them for a path: ``position`` (k,) complex metres, ``course`` (k,) unit, 0 if no one walks."""
         from scipy.spatial import cKDTree
 
         others, direction = as_complex(ways.position_bcs), np.exp(1j * ways.course_rad)

@@ -36,7 +36,7 @@ class WalkSignals:
 
     @classmethod
     def of(cls, log: InertialLog) -> WalkSignals | None:
-        """Bring a log to one clock; None where accelerometer and gyroscope have no few seconds in common, or values
+        """Bring a log to one clock; None if accelerometer and gyroscope have no few seconds in common, or values
         that no walk has.
         """
         if min(len(log.force_ns), len(log.rate_ns)) < 2 or max(np.abs(log.force).max(), np.abs(log.rate).max()) > _MOST:
@@ -113,8 +113,8 @@ FORWARD = np.array((0.0, 1.0, -1.0)) / np.sqrt(2)
 @dataclass(frozen=True)
 class Headings:
     """``up`` (n, 3) unit vectors in the device's axes; ``turned_rad`` (n,) rotation about them since the start,
-    anticlockwise; ``drift_rad`` (n,) the walker's heading by the phone's own, from east, less ``turned_rad``, slow: NaN
-    where it has none.
+    counter-clockwise; ``drift_rad`` (n,) the walker's heading by the phone's own, from east, less ``turned_rad``, slow:
+    NaN if it has none.
     """
 
     up: FloatArray
@@ -123,7 +123,7 @@ class Headings:
 
     @classmethod
     def of(cls, signals: WalkSignals, log: InertialLog) -> Headings:
-        """Integrate the gyroscope about gravity and compare with the rotation vector, where there is one."""
+        """Integrate the gyroscope about gravity and compare with the rotation vector, if there is one."""
         up, turned = turned_about_up(signals)
         return cls(up, turned, _drift(signals, log, turned))
 

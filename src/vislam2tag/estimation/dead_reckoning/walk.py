@@ -24,7 +24,7 @@ from vislam2tag.estimation.dead_reckoning.smoothing import SmoothedPath, coverin
 from vislam2tag.estimation.settings import MIN_JUDGED, DeadReckoningSettings
 
 MOVING = 0.5
-"""From here on somebody rather walks than stands."""
+"""From here on someone rather walks than stands."""
 FIX_SIGMA_M = 0.4
 """Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
 WALL_DISTANCE_M = 0.6
@@ -37,7 +37,7 @@ BEYOND_S = 2.0
 
 @dataclass(frozen=True)
 class SensedWalk:
-    """What a walk's sensors say without its fixes: where it could have led, but for a turn and a place to start."""
+    """What a walk's sensors say without its fixes: where it could have led, except for a turn and a place to start."""
 
     signals: WalkSignals
     headings: Headings
@@ -45,7 +45,7 @@ class SensedWalk:
 
     @classmethod
     def of(cls, log: InertialLog) -> SensedWalk | None:
-        """Read the sensors; None where they have no few seconds in common, or values that no walk has."""
+        """Read the sensors; None if they have no few seconds in common, or values that no walk has."""
         signals = WalkSignals.of(log)
         if signals is None:
             return None
@@ -141,7 +141,7 @@ class ReckonedWalk:
 
     @property
     def node_course(self) -> ComplexArray:
-        """(k,) direction in the BCS that the walker goes to at each node, unit; 0 where nobody walks."""
+        """(k,) direction in the BCS that the walker goes to at each node, unit; 0 if no one walks."""
         course = np.interp(self.nodes.time_s, self.sensed.signals.time_s, self.course_rad)
         moving = np.interp(self.nodes.time_s, self.sensed.features.time_s, self.sensed.features.moving) > MOVING
         return np.asarray(moving * np.exp(1j * course))

@@ -33,7 +33,7 @@ GREATEST_HEADING_SIGMA_RAD = 0.5
 @dataclass(frozen=True)
 class ToldPlaces:
     """``k`` landmarks of a joint map: ``landmark`` (k,) index of each; ``position`` (k,) complex, metres in the BCS;
-    ``heading_rad`` (k,), NaN where not known; ``covariance`` (3k, 3k) of x, y of each, then of all headings.
+    ``heading_rad`` (k,), NaN if not known; ``covariance`` (3k, 3k) of x, y of each, then of all headings.
     """
 
     landmark: IntArray
@@ -88,7 +88,7 @@ class OtherWalks:
         return replace(told, covariance=covariance)
 
     def _places(self, information: FloatArray, right: FloatArray, known: BoolArray) -> ToldPlaces:
-        """Solve for the landmarks that somebody tells of."""
+        """Solve for the landmarks that someone tells of."""
         joined, rows = self.joined, np.flatnonzero(known)
         column = joint_columns(rows, len(known))
         covariance = np.linalg.inv(information[np.ix_(column, column)])
@@ -123,7 +123,7 @@ class Comparison:
     """A reference against all others: the survey of a landmark, or what one walk, or all walks of a day, saw of it.
 
     Of a survey ``walk`` and ``day`` are None. ``offset`` from where the others have it, complex metres in the BCS;
-    ``sigma_m``, the usual size of that (one standard deviation per axis), and ``sigmas``, how many it is: NaN where
+    ``sigma_m``, the usual size of that (one standard deviation per axis), and ``sigmas``, how many it is: NaN if
     nothing can be compared.
     """
 
@@ -187,7 +187,7 @@ def seen_apart(split: LandmarkMap, landmark: int) -> Comparison:
 
 
 def survey_left_out(joined: LandmarkMap, landmark: int) -> Comparison:
-    """From where all others have a landmark to its surveyed place, doubts found anew."""
+    """From where all others have a landmark to its surveyed place, doubts found again."""
     trial, priors = predicted(joined, landmark), joined.priors
     offset = priors.position[landmark] - trial.position[landmark]
     covariance = trial.position_covariance[landmark] + priors.covariance[landmark]
@@ -218,7 +218,7 @@ def days_compared(joined: LandmarkMap, sights: Sequence[Comparison], days: Seque
 
 
 def _survey_agrees(split: LandmarkMap, landmark: int) -> bool:
-    """Whether other days have a landmark nearer to its survey than to where the day has it, which is the last one."""
+    """Whether other days have a landmark closer to its survey than to where the day has it, which is the last one."""
     if not split.priors.surveyed[landmark]:
         return True
     others = predicted(split, landmark)

@@ -66,7 +66,8 @@ class DeviceMetre:
 
 @dataclass(frozen=True)
 class _Metres:
-    """What ``t`` walks tell of their metres, each its own, with the places of all landmarks unknown but for the survey.
+    """What ``t`` walks tell of their metres, each its own, with the places of all landmarks unknown except for the
+    survey.
 
     ``information`` (t, t) and ``right`` (t,) of the shares by which they see landmarks too far apart; ``survey``
     (t, t), the part of the information's covariance that is owed to errors of the survey.
@@ -132,7 +133,7 @@ def device_metres(joined: LandmarkMap, devices: Sequence[str], but: Collection[s
 def _apart(excess: FloatArray, covariance: FloatArray, number: int) -> float:
     """By how many standard deviations one of some metres (d,) differs from the mean of the others.
 
-    0 where the survey contradicts these more: of two that differ, they are the culprit then.
+    0 if the survey contradicts these more: of two that differ, they are the culprit then.
     """
     worth = np.diag(covariance) ** -1.0 * (np.arange(len(excess)) != number)
     others = worth / worth.sum()

@@ -205,7 +205,7 @@ def solved(joined: LandmarkMap, about: Mapping[int, LinearMap] | None = None) ->
 
 
 def survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
-    """Information (3m, 3m) and right side (3m,) of the survey; next to nothing where there is none."""
+    """Information (3m, 3m) and right side (3m,) of the survey; next to nothing if there is none."""
     priors, marks = joined.priors, len(joined.position)
     precision = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
     rows = priors.surveyed
@@ -224,7 +224,7 @@ def survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
 
 
 def _survey_miss(joined: LandmarkMap) -> FloatArray:
-    """(m, 2) from where the landmarks are to where the survey has them, metres; 0 where it has none."""
+    """(m, 2) from where the landmarks are to where the survey has them, metres; 0 if it has none."""
     miss = np.where(joined.priors.surveyed, joined.priors.position - joined.position, 0)
     return np.column_stack((miss.real, miss.imag))
 
@@ -286,14 +286,14 @@ CHANGE_SETTLED_M = 0.01
 def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
     """Join again as if one landmark were not surveyed, from its best sight in a walk being a usual one.
 
-    Doubts are found anew: a wrong survey has made walks past it look worse than they are.
+    Doubts are found again: a wrong survey has made walks past it look worse than they are.
     """
     trial = replace(_sights_usual(joined, landmark), priors=joined.priors.without(landmark))
     return _joined_again(trial)
 
 
 def apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> LandmarkMap:
-    """Join again as if some walks had seen another landmark, which nobody surveyed: it becomes the last one."""
+    """Join again as if some walks had seen another landmark, which no one surveyed: it becomes the last one."""
     new, trial = len(joined.position), _sights_usual(joined, landmark)
     maps = list(joined.maps)
     for number in walks:
@@ -322,7 +322,7 @@ def _sights_usual(joined: LandmarkMap, landmark: int) -> LandmarkMap:
 
 
 def _joined_again(trial: LandmarkMap) -> LandmarkMap:
-    """Solve a joint map that differs a little from the one it was made of, its doubts found anew."""
+    """Solve a joint map that differs a little from the one it was made of, its doubts found again."""
     done = iterate(
         "the joint landmark map with a change",
         solved(trial),

@@ -79,7 +79,7 @@ class LinearMap:
 class LocalMap:
     """``k`` different landmarks in the frame of a walk; where that frame lies in the building is not known.
 
-    ``landmark`` (k,) index of each; ``position`` (k,) complex, metres; ``heading_rad`` (k,) of the sheets, NaN where
+    ``landmark`` (k,) index of each; ``position`` (k,) complex, metres; ``heading_rad`` (k,) of the sheets, NaN if
     none was logged; ``covariance`` (3k, 3k) of x, y of each landmark, then of all headings (m^2, m rad, rad^2; rows
     and columns of missing headings mean nothing); ``passes`` (k,) how often each was passed.
     """
@@ -166,7 +166,7 @@ MOST_PAIRS = 300
 class Chart:
     """Local maps put together in one frame: of ``m`` landmarks and ``b`` maps.
 
-    ``position`` (m,) complex, metres, and ``heading_rad`` (m,): NaN where not known here; ``origin`` (b,) complex and
+    ``position`` (m,) complex, metres, and ``heading_rad`` (m,): NaN if not known here; ``origin`` (b,) complex and
     ``turn_rad`` (b,): where the frames of the maps lie, NaN for maps that are not part of it.
     """
 
@@ -212,7 +212,7 @@ class Chart:
         return np.asarray(np.isfinite(self.turn_rad))
 
     def common(self, other: Chart) -> int:
-        """How many landmarks tie two charts together; 0 where they do not say how one is turned."""
+        """How many landmarks tie two charts together; 0 if they do not say how one is turned."""
         both = np.flatnonzero(np.isfinite(self.position) & np.isfinite(other.position))
         headed = np.isfinite(self.heading_rad[both] + other.heading_rad[both]).any()
         apart = np.abs(self.position[both] - self.position[both[:1]]).max(initial=0.0)
@@ -230,7 +230,7 @@ class Chart:
         )
 
     def with_chart(self, other: Chart) -> Chart | None:
-        """Put another chart onto this one, whose places count; None where they contradict each other."""
+        """Put another chart onto this one, whose places count; None if they contradict each other."""
         fit = _fit(self, other)
         if fit is None:
             return None

@@ -92,7 +92,7 @@ def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Compariso
     surveys, sights = _surveys(joined), _sights(joined)
     of_days = days_compared(joined, sights, days) if days else []
     by_survey, by_sight = _scale(surveys), _scale(sights)
-    # That single sights are nearer than stated says nothing of what those of a day have in common.
+    # That single sights are closer than stated says nothing of what those of a day have in common.
     by_day = max(by_sight, 1.0)
     return [
         *(one.in_units_of(by_survey) for one in surveys),
@@ -153,7 +153,8 @@ def _surveys(joined: LandmarkMap) -> list[Comparison]:
 
 
 def _survey(joined: LandmarkMap, landmark: int) -> Comparison:
-    """By taking its survey out of the solution; where that looks odd, or a walk is doubted instead, by solving anew."""
+    """By taking its survey out of the solution; where that looks odd, or a walk is doubted instead, by solving
+    again."""
     surveyed, own = joined.priors.position[landmark], joined.priors.covariance[landmark]
     with_it = np.linalg.inv(joined.position_covariance[landmark])
     information = with_it - np.linalg.inv(own * joined.doubts.survey[landmark])

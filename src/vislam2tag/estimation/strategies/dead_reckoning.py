@@ -57,7 +57,7 @@ class DeadReckoning:
         )
 
     def reckoned(self, camera: CameraTrack, landmarks: Landmarks) -> ReckonedWalk | None:
-        """The walk through its fixes, between the walls of its floor; None where sensors or fixes lack."""
+        """The walk through its fixes, between the walls of its floor; None if sensors or fixes lack."""
         height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
         one_floor = len(np.unique(height.floor)) < 2
         return _reckoned(camera, camera.area if one_floor else None, self.settings)

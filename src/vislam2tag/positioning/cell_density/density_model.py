@@ -26,7 +26,7 @@ from vislam2tag.positioning.places import DensityCells, LabelledScans, ScanPlace
 from vislam2tag.positioning.radio_scans import RadioScans, augmented
 
 MOST_CENTRES = 1500
-"""Kernels lie around so many training scans, drawn at random where there are more."""
+"""Kernels lie around so many training scans, drawn at random if there are more."""
 _CELL_SHARE = 0.8
 """Side of a cell as a share of how far a label reaches."""
 _AT_ONCE = 1024
@@ -72,7 +72,7 @@ class DensityAnswer(NamedTuple):
     xy: FloatArray
     """(n, 2) the density's place on the likeliest storey, metres."""
     field_xy: FloatArray
-    """(n, 2) the place by the field of levels, which reaches where nobody was, metres."""
+    """(n, 2) the place by the field of levels, which reaches where no one was, metres."""
     spread_m: FloatArray
     """(n,) how far guesses lie apart: geometric mean of the density's mean distance from its place and that of the
     most similar scans' places."""
@@ -80,7 +80,7 @@ class DensityAnswer(NamedTuple):
     """(n,) how unlike a scan is to all that was learned."""
 
     def blended(self, half_novelty: float) -> FloatArray:
-        """Return places (n, 2), metres: the density's where nothing is new, midway at ``half_novelty``, the field's far
+        """Return places (n, 2), metres: the density's if nothing is new, midway at ``half_novelty``, the field's far
         beyond.
 
         With an infinite ``half_novelty`` the density's everywhere, with 0 the field's.
@@ -99,7 +99,7 @@ class DensityModel:
     density: KernelRegression[DirectionKernel]
     storeys: KernelRegression[StoreyKernel]
     field: LevelField | None
-    """None where the density alone is asked."""
+    """None if the density alone is asked."""
     references: ReferenceScans
     mislabelled: int = 0
     """Scans that were not learned from, as the others contradict their storey."""

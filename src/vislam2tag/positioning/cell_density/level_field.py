@@ -1,4 +1,4 @@
-"""Expected levels everywhere on a storey, also where nobody was, and where a scan was taken by them.
+"""Expected levels everywhere on a storey, also where no one was, and where a scan was taken by them.
 
 Where access points stand and how their levels fall with distance is the log-distance model (Seidel and Rappaport 1992):
 a level falls by ten times an exponent for each tenfold distance. Every access point has its own place and exponent, and
@@ -26,7 +26,7 @@ from vislam2tag.positioning.radio_scans import CheckedArrays
 
 _GRID_M = 4.0
 _BEYOND_CELLS = 3
-"""Places of access points that are tried: this far apart, up to this many farther than anybody was."""
+"""Places of access points that are tried: this far apart, up to this many farther than anyone was."""
 _CLOSEST_M = 3.0
 """Levels rise no further within this distance: antennas hang above heads."""
 _POWER_DBM = -40.0, 15.0
@@ -63,7 +63,7 @@ class PathLoss:
 
 
 def fitted_path_loss(level_dbm: FloatArray, places: ScanPlaces, faintest_dbm: float) -> PathLoss:
-    """Fit to the levels (n, a) of scans, NaN where not heard; below the faintest level nothing is heard.
+    """Fit to the levels (n, a) of scans, NaN if not heard; below the faintest level nothing is heard.
 
     For each access point all places of a grid are tried; given the place, exponent and powers are a ridge regression.
     """
@@ -83,7 +83,7 @@ def fitted_path_loss(level_dbm: FloatArray, places: ScanPlaces, faintest_dbm: fl
 def unheard_dbm(expected_dbm: FloatArray, deviation_db: float | FloatArray, faintest_dbm: float) -> FloatArray:
     """Estimate levels that were not heard where so much was expected, all of one shape, dBm.
 
-    The mean of what is below the faintest level, but for the chance that the scan missed it (:data:`_MISSED`).
+    The mean of what is below the faintest level, except for the chance that the scan missed it (:data:`_MISSED`).
     """
     z = (faintest_dbm - expected_dbm) / deviation_db
     log_below = log_ndtr(z)
@@ -131,7 +131,7 @@ def _fall_db(xy: FloatArray, of: FloatArray) -> FloatArray:
 
 
 NOISES_DB = (3.0, 6.0, 12.0)
-"""Tried: how far levels of one place differ (one standard deviation), but for the offset that a scan's share."""
+"""Tried: how far levels of one place differ (one standard deviation), except for the offset that a scan's share."""
 OFFSET_DB = 4.0
 """Of a scan's levels in common, one standard deviation: phones differ, and so do the bodies beside them."""
 _SHADOW_DB, _SHADOW_LENGTH_M = 8.0, 20.0
@@ -147,7 +147,7 @@ count as these."""
 _FAINT_SHARE = 0.02
 """Share of levels heard below what counts as the faintest."""
 _ROUNDS = 3
-"""So often levels that were not heard are guessed anew from what the scans around heard, or were guessed to: a part of
+"""So often levels that were not heard are guessed again from what the scans around heard, or were guessed to: a part of
 the model, no limit. The third guess differs from the second by 0.2 to 0.8 dB (root mean square, by noise) on the demo's
 data set, the tenth from the ninth by 0.04 to 0.1 dB."""
 
@@ -179,7 +179,7 @@ class LevelField:
         return np.asarray(likelihood @ self.cells.centre_m / likelihood.sum(axis=1, keepdims=True))
 
     def _log_likelihood(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
-        """(n, c) 0 for the likeliest cell of the storey, -inf for those of others; where it has no cell, all count."""
+        """(n, c) 0 for the likeliest cell of the storey, -inf for those of others; if it has no cell, all count."""
         heard = np.isfinite(level_dbm).astype(np.float64)
         level = np.nan_to_num(level_dbm)
         count = heard.sum(axis=1)[:, None]
@@ -205,7 +205,7 @@ class LevelField:
     def restored(cls, arrays: CheckedArrays) -> Self:
         """Take back what :meth:`arrays` gave, over ``a`` access points and ``s`` storeys.
 
-        Raises ValueError where it does not fit.
+        Raises ValueError if it does not fit.
         """
         storey = arrays.integers("field_storey", "f", below=arrays.sizes["s"])
         cells = DensityCells(storey, arrays.floats("field_centre_m", "f", 2))
@@ -214,7 +214,7 @@ class LevelField:
 
 
 def learned_fields(level_dbm: FloatArray, places: ScanPlaces, noises_db: Sequence[float]) -> list[LevelField]:
-    """Learn from levels (n, a) at places (n), NaN where not heard: a field a noise; their path loss is the same."""
+    """Learn from levels (n, a) at places (n), NaN if not heard: a field a noise; their path loss is the same."""
     faintest_dbm = float(np.nanquantile(level_dbm, _FAINT_SHARE))
     path_loss = fitted_path_loss(level_dbm, places, faintest_dbm)
     cells = _cells(places, level_dbm.shape[1])
@@ -234,7 +234,7 @@ class _FieldData(NamedTuple):
     """What fields are learned from."""
 
     level_dbm: FloatArray
-    """(n, a) NaN where not heard."""
+    """(n, a) NaN if not heard."""
     places: ScanPlaces
     path_loss: PathLoss
     faintest_dbm: float

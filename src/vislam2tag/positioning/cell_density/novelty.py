@@ -1,6 +1,6 @@
 """How unlike a scan is to all that was learned (its novelty), and radii that grow with it.
 
-A model that is asked about a place where nobody was answers all the same. What gives it away is the scan: its levels
+A model that is asked about a place where no one was answers all the same. What gives it away is the scan: its levels
 point in another direction than those of the most similar training scans, by more than these differ among themselves (as
 the local outlier factor of Breunig et al. 2000 compares), and the places of those scans lie apart.
 """
@@ -58,7 +58,7 @@ class ReferenceScans:
         """Compare scans of these directions (n, a) that a model puts at (n, 2).
 
         Returns the mean distance (n,) of the answers from the places of the most similar scans, metres, and the novelty
-        (n,): 0 where a scan is no less similar to them than training scans are to each other.
+        (n,): 0 if a scan is no less similar to them than training scans are to each other.
         """
         distance = _distance(direction, self.direction)
         ranked = distance + TIE * np.arange(distance.shape[1])
@@ -93,7 +93,7 @@ class HeldOutErrors:
 
 @dataclass(frozen=True)
 class RadiusGrowth:
-    """A radius in scales: ``factor`` where nothing is new, ``by_novelty`` more for each unit of novelty."""
+    """A radius in scales: ``factor`` if nothing is new, ``by_novelty`` more for each unit of novelty."""
 
     factor: float
     by_novelty: float
@@ -127,7 +127,7 @@ class NoveltyRadii:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, name: str) -> Self:
-        """Take back what :meth:`array` gave; raises ValueError where it does not fit."""
+        """Take back what :meth:`array` gave; raises ValueError if it does not fit."""
         base_m, *growth, most_novel = (float(number) for number in arrays.floats(name, 6))
         return cls(base_m, RadiusGrowth(*growth[:2]), RadiusGrowth(*growth[2:]), most_novel)
 
@@ -165,7 +165,7 @@ def _growth(familiar: HeldOutErrors, strange: HeldOutErrors, share: float) -> Ra
 
 
 def _by_novelty(factor: float, strange: HeldOutErrors, share: float) -> float:
-    """Return what the share of strange scans needs, within bounds; 0 where none was left out or none is new."""
+    """Return what the share of strange scans needs, within bounds; 0 if none was left out or none is new."""
     new = strange.novelty > 0
     if not new.any():
         return 0.0

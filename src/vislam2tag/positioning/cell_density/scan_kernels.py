@@ -5,7 +5,7 @@ where on a storey a scan was taken (:class:`DirectionKernel`); which of two stor
 the direction of powed levels is joined by one of steps, who is heard at all, and who above each quartile of all levels
 (:class:`StoreyKernel`).
 
-Regression by them is a ridge regression. Where there are more scans than can be solved for, a drawn part of them spans
+Regression by them is a ridge regression. If there are more scans than can be solved for, a drawn part of them spans
 the solution (Williams and Seeger 2001).
 
 Scans whose labelled storey all the others contradict are found by it. Who records by tapping on a plan forgets to
@@ -108,7 +108,7 @@ class StoreyKernel:
     def restored(cls, centre: FloatArray, arrays: CheckedArrays) -> Self:
         """Take back what :meth:`arrays` gave, with the centres' directions (m, a).
 
-        Raises ValueError where it does not fit.
+        Raises ValueError if it does not fit.
         """
         threshold = arrays.floats("storey_threshold", "q")
         return cls(centre, threshold, arrays.booleans("storey_above", "m", centre.shape[1] * len(threshold)))

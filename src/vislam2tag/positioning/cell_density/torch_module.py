@@ -20,7 +20,7 @@ from vislam2tag.positioning.radio_scans import FAINTEST_DBM
 
 
 class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """From levels (n, a) in dBm, NaN where not heard, to what a locator returns."""
+    """From levels (n, a) in dBm, NaN if not heard, to what a locator returns."""
 
     def __init__(self, model: DensityModel, half_novelty: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
         super().__init__()

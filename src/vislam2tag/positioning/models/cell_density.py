@@ -62,7 +62,7 @@ _HALF_NOVELTIES = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
 LIKE = 0.99
 """A scan is unlike all that was learned where it is newer than this share of scans from areas that were left out."""
 _AREA_M = 15.0
-"""Side of the squares that are left out to learn how radii grow where nobody was."""
+"""Side of the squares that are left out to learn how radii grow where no one was."""
 FoldMasks = tuple[BoolArray, BoolArray]
 """(n,) which scans train, and which are held out."""
 
@@ -94,7 +94,7 @@ class CellDensity(Positioner):
     like_: float
     """Of novelty: beyond, a scan is unlike all that was learned."""
     height_m_: FloatArray
-    """(s,) of each storey, metres; NaN where not known."""
+    """(s,) of each storey, metres; NaN if not known."""
 
     def __init__(self, *, copies: int = 4, seed: int = 0) -> None:
         """Take the number of augmented copies of each scan."""
@@ -197,7 +197,7 @@ class CellDensity(Positioner):
         return [remark] if count else []
 
     def torch_module(self) -> Any:
-        """Return the same as a PyTorch module, for export; raises UsageError where PyTorch is not installed."""
+        """Return the same as a PyTorch module, for export; raises UsageError if PyTorch is not installed."""
         module = import_extra("vislam2tag.positioning.cell_density.torch_module")
         return module.DensityModule(self.density_, self.half_novelty_, self.radii_, self.height_m_)
 
@@ -260,7 +260,7 @@ def _errors(answers: Sequence[HeldOutAnswers], half_novelty: float) -> HeldOutEr
 def _half_novelty(familiar: Sequence[HeldOutAnswers], strange: Sequence[HeldOutAnswers]) -> float:
     """Return at which novelty density and field count the same, so that familiar and strange errors are small.
 
-    Both kinds weigh the same, as shares of what the density alone would err; infinite where nothing is new.
+    Both kinds weigh the same, as shares of what the density alone would err; infinite if nothing is new.
     """
     novelty = np.concatenate([np.empty(0), *(one.answer.novelty for one in strange)])
     if not familiar or not (novelty > 0).any():

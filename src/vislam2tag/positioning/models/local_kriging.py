@@ -170,7 +170,7 @@ class LocalKriging(Positioner):
     def _left_out(self, rows: IntArray, group: IntArray, *apart: IntArray) -> HeldOut:
         """Return errors on scans ``rows`` (q,) as if none that share a group ``apart`` (n,) had been learned.
 
-        Errors of scans of the same ``group`` (n,) are not independent; where none is given, scans were left out alone.
+        Errors of scans of the same ``group`` (n,) are not independent; if none is given, scans were left out alone.
         """
         answer = self._kriged(self._scans[rows], Apart.among(rows, *(apart or (group,))))
         return HeldOut(self._places[rows].distance_m(answer.voted.xy), answer.features, group[rows], not apart)
@@ -204,7 +204,7 @@ class LocalKriging(Positioner):
         return np.asarray(share / np.maximum(share.sum(axis=1, keepdims=True), LEAST_WEIGHT))
 
     def _weights(self, scans: RadioScans, which: IntArray, away: FloatArray) -> FloatArray:
-        """(n, k) by ordinary kriging from the scans ``which`` (n, k); 0 where they are infinitely ``away`` (n, k)."""
+        """(n, k) by ordinary kriging from the scans ``which`` (n, k); 0 if they are infinitely ``away`` (n, k)."""
         used, place = np.unique(which, return_inverse=True)
         learned, own = _directions(self._powed[used]), _directions(_powed(scans))
         near = learned[place.reshape(which.shape)]

@@ -33,7 +33,7 @@ PUBLISHED: dict[str, dict[str, Any]] = {
 
 
 def multi_cel(**parameters: Any) -> Positioner:
-    """Make a multi-CEL model; raises UsageError where PyTorch is not installed."""
+    """Make a multi-CEL model; raises UsageError if PyTorch is not installed."""
     model: Positioner = import_extra("vislam2tag.positioning.networks.multi_cel").MultiCel(**parameters)
     return model
 

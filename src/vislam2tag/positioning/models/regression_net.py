@@ -18,7 +18,7 @@ PUBLISHED: dict[str, dict[str, Any]] = {
 
 
 def regression_net(**parameters: Any) -> Positioner:
-    """Make a 3-D regression model; raises UsageError where PyTorch is not installed."""
+    """Make a 3-D regression model; raises UsageError if PyTorch is not installed."""
     model: Positioner = import_extra("vislam2tag.positioning.networks.regression").RegressionNet(**parameters)
     return model
 

@@ -34,7 +34,7 @@ from vislam2tag.positioning.signal_distance import (
 )
 
 NEAREST = 1e-3
-"""Neighbours nearer than this in signal space count alike."""
+"""Neighbours closer than this in signal space count alike."""
 
 
 class NearestNeighbours(Positioner):

@@ -31,7 +31,7 @@ class InputScale(StrEnum):
 
 
 class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """From levels (n, a) in dBm, NaN where not heard, to inputs from 0 (not heard) to 1."""
+    """From levels (n, a) in dBm, NaN if not heard, to inputs from 0 (not heard) to 1."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -48,7 +48,7 @@ class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as An
             buffer.fill_(value)
 
     def forward(self, level_dbm: torch.Tensor) -> torch.Tensor:
-        """Scale levels (n, a); what is louder than anything in training counts as that."""
+        """Scale levels (n, a); what is stronger than anything in training counts as that."""
         heard = torch.where(torch.isnan(level_dbm), self.faintest_dbm, level_dbm)
         share = (heard - self.faintest_dbm) / (self.strongest_dbm - self.faintest_dbm)
         return share.clamp(0.0, 1.0) ** self.exponent
@@ -85,7 +85,7 @@ class NetworkAnswer(NamedTuple):
     storey_probability: torch.Tensor
     """(n, s)"""
     spread_m: torch.Tensor
-    """(n,) how far the network's own guesses lie apart; 0 where there is one."""
+    """(n,) how far the network's own guesses lie apart; 0 if there is one."""
 
 
 class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
@@ -111,7 +111,7 @@ class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         """Say where scaled scans (n, a) were taken."""
 
     def forward(self, level_dbm: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        """Return OUTPUTS for levels (n, a), NaN where not heard; a scan that hears nothing is unknown: NaN and -1."""
+        """Return OUTPUTS for levels (n, a), NaN if not heard; a scan that hears nothing is unknown: NaN and -1."""
         known = (~torch.isnan(level_dbm)).any(dim=1)
         answer = self.answer(self.scaling(level_dbm))
         base_m, factor_68, factor_95 = self.radii.unbind()

@@ -31,7 +31,7 @@ class CellCodes:
     cell: IntArray
     """(n, k) NO_CELL where fewer reach the place."""
     code: FloatArray
-    """(n, k, 2) offset from the cell's centre; 1 is the end of its reach. 0 where there is no cell."""
+    """(n, k, 2) offset from the cell's centre; 1 is the end of its reach. 0 if there is no cell."""
 
     @property
     def valid(self) -> BoolArray:
@@ -105,7 +105,7 @@ class CellLattice:
 def lattice_over(places: ScanPlaces, cell_m: float, overlap: float) -> CellLattice:
     """Cover the extent of the places on each storey, one row and column more than fits.
 
-    Raises DatasetError where that takes more than MOST_CELLS.
+    Raises DatasetError if that takes more than MOST_CELLS.
     """
     first = np.zeros((len(places.storeys), 2), dtype=np.int64)
     size = np.zeros_like(first)
@@ -129,7 +129,7 @@ def decoded(centre_m: Any, code: Any, reach_m: float) -> Any:
 
 
 _SHORTEST_CODE = 1e-3
-"""A place nearer to a cell's centre weighs no more than this one."""
+"""A place closer to a cell's centre weighs no more than this one."""
 
 
 @dataclass(frozen=True, kw_only=True)

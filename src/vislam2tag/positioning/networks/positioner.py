@@ -26,7 +26,7 @@ from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans
 from vislam2tag.positioning.registry import NamedArrays, Positioner
 
 PUBLISHED_BATCH = 32
-"""Examples a step where nothing else is asked for; learning rates are stated for it."""
+"""Examples a step if nothing else is asked for; learning rates are stated for it."""
 _LARGEST_BATCH, _LEAST_STEPS = 512, 40
 _CHECKED_AT_ONCE = 1024
 
@@ -53,7 +53,7 @@ class NetworkSettings:
     ``fit`` gets no validation part; at least one scan."""
     seed: int = 0
     device: str = "auto"
-    """Where to train: ``auto`` (the GPU where there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
+    """Where to train: ``auto`` (the GPU if there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def train(
 ) -> TrainingHistory:
     """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
 
-    Raises DatasetError where the loss is no number any more. Nothing waits for a GPU within an epoch.
+    Raises DatasetError if the loss is no number any more. Nothing waits for a GPU within an epoch.
     """
     device = next(network.parameters()).device
     size, faster = batch_for(examples.count, device, settings.batch_size)
@@ -140,7 +140,7 @@ def batch_for(count: int, device: torch.device, asked_for: int = 0) -> tuple[int
 
 
 def training_device(name: str) -> torch.device:
-    """Return the device called ``cpu``, ``cuda``, ...; ``auto`` is the GPU where there is one, the CPU elsewhere.
+    """Return the device called ``cpu``, ``cuda``, ...; ``auto`` is the GPU if there is one, the CPU elsewhere.
 
     Raises UsageError for a device that is not there.
     """
@@ -321,7 +321,7 @@ class NetworkPositioner(Positioner):
         return {name: value.numpy().astype(np.float64) for name, value in self.locator_.state_dict().items()}
 
     def restore(self, arrays: Mapping[str, FloatArray]) -> None:
-        """Take weights and constants back; raises ValueError where they are not those of this model."""
+        """Take weights and constants back; raises ValueError if they are not those of this model."""
         refuse_impossible(self.get_params())
         checked = CheckedArrays(arrays)
         for name, array in ((name, array) for name, array in arrays.items() if array.size):
@@ -353,5 +353,5 @@ def xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tens
 
 
 def levels(scans: RadioScans) -> torch.Tensor:
-    """Make the (n, a) levels in dBm, NaN where not heard."""
+    """Make the (n, a) levels in dBm, NaN if not heard."""
     return torch.from_numpy(scans.dense())

@@ -89,7 +89,7 @@ class RegressionNet(NetworkPositioner):
     kind = RegressionSettings
     settings: RegressionSettings
     buildings_: FloatArray
-    """(s, buildings) 1 where a storey is in a building; no column where there is one building."""
+    """(s, buildings) 1 where a storey is in a building; no column if there is one building."""
 
     def _new_locator(self, places: ScanPlaces) -> Locator:
         self.buildings_ = _buildings(places)
