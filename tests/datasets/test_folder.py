@@ -210,5 +210,7 @@ def test_no_set(tmp_path: Path) -> None:
 def test_places_that_are_none_on_earth_are_refused(tmp_path: Path, place: float, name: str) -> None:
     dataset = small_dataset()
     rows = dataset.tables[name].with_columns(x=pl.when(pl.int_range(pl.len()) == 3).then(place).otherwise("x"))
-    with pytest.raises(DatasetError, match=rf"{name}\.parquet: contains positions beyond 1e\+08 m, or that are not finite"):
+    with pytest.raises(
+        DatasetError, match=rf"{name}\.parquet: contains positions beyond 1e\+08 m, or that are not finite"
+    ):
         write_dataset(replace(dataset, tables={**dataset.tables, name: rows}), tmp_path / "ds")

@@ -108,7 +108,10 @@ def test_blocks_change_nothing(tmp_path_factory: pytest.TempPathFactory, sizes: 
         ("", "line 1: no column scan_id; the first line must name scan_id, bssid, rssi_dbm"),
         ("x" * 200_000, "line 1: no column scan_id"),
         ("scan_id,bssid,level\na,x,-50\n", "line 1: no column rssi_dbm"),
-        (HEAD + "a,x,-50\nb,x,-50\na,y,-50\n", "line 4: scan a appears again after another scan; the readings of a scan must"),
+        (
+            HEAD + "a,x,-50\nb,x,-50\na,y,-50\n",
+            "line 4: scan a appears again after another scan; the readings of a scan must",
+        ),
     ],
 )
 def test_files_that_are_no_scans_are_told(tmp_path: Path, text: str, message: str) -> None:
@@ -198,7 +201,7 @@ def test_what_is_no_track_is_told(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match=r"absent\.csv: not a track"):
         Tracks(tmp_path / "absent.csv")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(DatasetError, match="holds no trajectory"):
+    with pytest.raises(DatasetError, match="contains no trajectory"):
         Tracks(tmp_path / "empty")
     pl.DataFrame({"time_ns": [1]}).write_parquet(tmp_path / "empty" / "walk.parquet")
     with pytest.raises(DatasetError, match="cannot read the track of session walk"):

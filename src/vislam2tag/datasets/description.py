@@ -1,6 +1,6 @@
-"""What only people know of a data set: title, licence, creators ... from a ``dataset.toml``.
+"""Facts about a data set that only its makers know (title, licence, creators), from a ``dataset.toml``.
 
-docs/how-to/publish.md tells more.
+See docs/how-to/publish.md.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vislam2tag.datasets.model import DatasetInfo, FloorInfo
 
 DESCRIPTION_FILE = "dataset.toml"
-"""Also the name of the file that each data set's folder holds, filled in as far as known."""
+"""Name of the file; each data set's folder contains one, filled in as far as known."""
 DataCiteRelation = Literal[
     "IsDescribedBy",
     "IsDocumentedBy",
@@ -44,7 +44,7 @@ DataCiteRelation = Literal[
     "IsVariantFormOf",
     "Requires",
 ]
-"""Relations of DataCite 4.5 that a set of data can have."""
+"""Relations of DataCite 4.5 that a data set can have."""
 _DOI = re.compile(r"10\.\d{4,9}(\.\d+)?/[A-Za-z0-9:/_;\-.()\[\]\\]+")
 _ORCID = re.compile(r"(\d{4}-){3}\d{3}[\dX]")
 _ADDRESS = re.compile(r"[^@\s]+@[^@\s]+\.[^@\s]+|https?://\S+")
@@ -98,16 +98,16 @@ NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_lengt
 
 
 class Person(Record):
-    """Who made the data set."""
+    """A person or organisation that made the data set."""
 
     name: NonEmptyText
-    """``Family, Given``; without a comma it is an organisation."""
+    """``Family, Given``; a name without a comma is an organisation."""
     affiliation: NonEmptyText | None = None
     orcid: Annotated[str, AfterValidator(_orcid)] | None = None
 
 
 class Funding(Record):
-    """Who paid for the data set."""
+    """A funder of the data set."""
 
     funder: NonEmptyText
     award: NonEmptyText | None = None
@@ -115,7 +115,7 @@ class Funding(Record):
 
 
 class Related(Record):
-    """Something that a data set relates to: a paper, the raw data, an earlier version."""
+    """A related work: a paper, the raw data, an earlier version."""
 
     identifier: Annotated[NonEmptyText, AfterValidator(_related)]
     """A DOI (``10...``), ``arXiv:...`` or a URL."""
@@ -124,7 +124,7 @@ class Related(Record):
 
 
 class _FloorEntry(Record):
-    """Where a floor lies on the earth."""
+    """Georeference of a floor."""
 
     number: int
     building: str = ""
@@ -134,7 +134,7 @@ class _FloorEntry(Record):
 
 
 class Description(Record):
-    """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
+    """The content of a ``dataset.toml``. Every field is optional."""
 
     title: NonEmptyText | None = None
     description: NonEmptyText | None = None
@@ -162,7 +162,7 @@ _PARTS: Mapping[str, type[Record]] = {
 def read_description(path: Path) -> Description:
     """Read a ``dataset.toml``.
 
-    Raises DatasetError, naming file and field, if it cannot be read or says what a description cannot be.
+    Raises DatasetError with file and field if it cannot be read or a value is invalid.
     """
     try:
         values = read_toml_values(path)
@@ -179,9 +179,9 @@ def read_description(path: Path) -> Description:
 
 
 def with_description(info: DatasetInfo, description: Description) -> DatasetInfo:
-    """Put a description into a manifest; what it does not say stays as it is.
+    """Put a description into a manifest. Fields without a value keep that of the manifest.
 
-    Raises DatasetError if it describes a floor that the set does not have.
+    Raises DatasetError if it describes a floor that the data set does not have.
     """
     names = description.model_fields_set - {"floors"}
     stated = {name: value for name in names if (value := getattr(description, name)) or name not in _PARTS}
@@ -204,7 +204,7 @@ def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]
 
 
 def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
-    """Return the fields that whoever publishes a set should state and no one has, in the template's order."""
+    """Return the recommended fields for publication that have no value, in the template's order."""
     wanted = ("title", "description", "licence", "creators", "keywords", "version", "published", "publisher", "contact")
     return tuple(name for name in wanted if not getattr(info, name))
 
@@ -242,7 +242,7 @@ _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
 
 
 def description_text(info: DatasetInfo) -> str:
-    """Write a ``dataset.toml`` of what the manifest knows; what it does not know is a comment to fill in."""
+    """Write a ``dataset.toml`` from the manifest; unknown fields are comments to fill in."""
     lines = [
         "# Facts about the data set that only you know. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
         "# All fields are optional. Lines that begin with # are comments.",
@@ -275,7 +275,7 @@ def _line(item: tuple[str, object]) -> str:
 
 
 def _wrong_field(error: ValidationError) -> str:
-    """Say the first wrong field as it stands in the file, and why it is wrong."""
+    """Return the first wrong field, as it is written in the file, and why it is wrong."""
     wrong = error.errors()[0]
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":

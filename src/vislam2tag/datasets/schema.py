@@ -1,4 +1,4 @@
-"""Columns, types and units of a data set's tables, in order (docs/reference/datasets.md), and what they mean."""
+"""Columns, types and units of a data set's tables, in order (docs/reference/datasets.md), and their meaning."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RTT = "rtt"
 
 
 class Column(NamedTuple):
-    """One column: its type and what it says."""
+    """One column: its type and meaning."""
 
     kind: pl.DataType
     meaning: str
@@ -45,7 +45,7 @@ _USUAL: Mapping[str, Column] = MappingProxyType(
 
 
 def _usual(*names: str) -> dict[str, Column]:
-    """Columns that mean the same in several tables."""
+    """Columns with the same meaning in several tables."""
     return {name: _USUAL[name] for name in names}
 
 
@@ -157,7 +157,7 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = MappingProxyType(
         },
     }
 )
-"""Every table that a data set can have; the first four are always there."""
+"""Every table that a data set can have; the first four always exist."""
 SCHEMAS: Mapping[str, Schema] = MappingProxyType(
     {table: {name: column.kind for name, column in columns.items()} for table, columns in COLUMNS.items()}
 )
@@ -172,9 +172,9 @@ KEYS: Mapping[str, str] = MappingProxyType(
         RTT: "range_id",
     }
 )
-"""The column that is unique in a table; readings have none."""
+"""The unique column of each table; readings have none."""
 OF_ACCESS_POINTS = (READINGS, RTT)
-"""Tables whose rows each name the access point that was heard."""
+"""Tables with an access point in each row."""
 MEASURED = (*OF_ACCESS_POINTS, MAGNETIC, IMU_WINDOWS)
 """Tables of measurements."""
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -211,9 +211,9 @@ def empty_table(name: str) -> pl.DataFrame:
 
 
 def in_schema(name: str, table: pl.DataFrame) -> pl.DataFrame:
-    """Put a table's columns into order and type; columns that it lacks are null.
+    """Put a table's columns into order and type; missing columns are null.
 
-    Raises ValueError for a column that the schema does not have.
+    Raises ValueError for a column that is not in the schema.
     """
     schema = SCHEMAS[name]
     unknown = [column for column in table.columns if column not in schema]
@@ -232,11 +232,11 @@ _SPLIT = {
 
 
 def meaning(table: str, column: str) -> str:
-    """Return what a column says, without its unit."""
+    """Return the meaning of a column, without its unit."""
     return COLUMNS.get(table, _SPLIT)[column].meaning
 
 
 def column_text(table: str, column: str) -> str:
-    """Return what a column says, with its unit where it has one."""
+    """Return the meaning of a column, with its unit if it has one."""
     words = (meaning(table, column), f"({UNITS[column]})" if column in UNITS else "")
     return " ".join(word for word in words if word)

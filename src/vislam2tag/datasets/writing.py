@@ -1,8 +1,8 @@
-"""What several formats share that write labels or labelled fingerprints.
+"""Functions that several formats share to write labels or labelled fingerprints.
 
-Labels are shared without the sessions that come from outside their survey; fingerprints come session by session, as
-formats of plain samples need them, with the parts of a split as formats with a training and a test file know them. What
-a format has no place for is counted and stated, column by column.
+Labels are shared without sessions that are links out of their survey. Fingerprints are yielded session by session, with
+the parts of a split for formats with a training and a test file. Data for which a format has no place are counted and
+reported, column by column.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from vislam2tag.site.links import left_out_sessions
 
 
 def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey, tuple[Finding, ...]]:
-    """Open labels to be shared, and count what is left out.
+    """Open labels in order to share them, and count what is skipped.
 
-    Raises DatasetError as :func:`open_labelled` does, SurveyError if the context's survey is none.
+    Raises DatasetError as :func:`open_labelled` does, and SurveyError if the context's survey is invalid.
     """
     opened = open_labelled(labels, follow_links=context.follow_links)
     if context.survey is not None and not context.follow_links:
@@ -43,7 +43,7 @@ def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey,
 
 
 SET = "set"
-"""Stands among tables for what belongs to the set as a whole."""
+"""Name, among tables, for what belongs to the data set as a whole."""
 MANIFEST, SPLITS, ONE_SPLIT, PLANS = "manifest", "splits", "one split", "plans"
 DERIVED: Mapping[str, frozenset[str]] = {
     "fingerprints": frozenset({"readings"}),
@@ -62,17 +62,18 @@ DERIVED: Mapping[str, frozenset[str]] = {
     ),
     "sessions": frozenset({"fingerprints"}),
 }
-"""Columns that follow from the others: reading back makes them again, so that nothing is lost."""
+"""Columns that follow from others: reading makes them again, so nothing is lost."""
 Holds = Mapping[str, Collection[str]]
 
 
 def left_out_of_dataset(dataset: Dataset, holds: Holds) -> tuple[Finding, ...]:
-    """Name what a format does not hold of a data set: by table, its columns with values; then of the whole."""
+    """Report what a format does not support: columns with values by table, then parts of the whole data set."""
     return (*left_out(dataset.tables, holds), *_of_set(dataset, holds.get(SET, ())))
 
 
 def left_out(tables: Mapping[str, pl.LazyFrame], holds: Holds) -> tuple[Finding, ...]:
-    """Name, table by table, the columns with values that a format does not hold; ``count`` is the rows concerned."""
+    """Report, table by table, the columns with values that a format does not support; ``count`` is the number of
+    rows."""
     found = (_of_table(name, table, holds.get(name, ())) for name, table in tables.items())
     return tuple(finding for finding in found if finding)
 
@@ -89,7 +90,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     missing = [column for column in schema if column not in held and column not in DERIVED.get(name, ())]
     if not missing:
         return None
-    # An empty text, such as the name of the only building, says nothing that could be lost.
+    # An empty text, such as the name of the only building, contains nothing that could be lost.
     stated = {
         column: (pl.col(column) != "").fill_null(value=False)
         if schema[column] == pl.String
@@ -125,7 +126,7 @@ def _finding(file: str, count: int, message: str) -> Finding:
 
 
 def in_neither_part(fingerprints: pl.LazyFrame, part: pl.DataFrame) -> tuple[Finding, ...]:
-    """Count the fingerprints that a split puts into neither part."""
+    """Count the fingerprints that are in neither part of a split."""
     left = fingerprints.join(part.lazy(), on="scan_id", how="anti").select(pl.len())
     count = int(left.collect(engine="streaming").item())
     message = "fingerprints are in neither the training set nor the test set of the split"
@@ -133,10 +134,10 @@ def in_neither_part(fingerprints: pl.LazyFrame, part: pl.DataFrame) -> tuple[Fin
 
 
 def train_test_assignment(dataset: Dataset, context: ExportContext) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
-    """Return the parts of the chosen split and fold; without a choice the official one's, or all trains.
+    """Return the parts of the chosen split and fold; by default those of the official one, or all for training.
 
     The table has the columns ``scan_id`` and ``part``; fingerprints in neither part have no row. Raises UsageError for
-    a split or fold that is not there, and where a split has several folds and none is chosen.
+    an unknown split or fold, and if a split has several folds and none is chosen.
     """
     if context.split is None:
         return _without_choice(dataset, context)
@@ -192,10 +193,10 @@ UNMAPPED = "sessions without a position are skipped"
 def labelled_fingerprints(
     dataset: Dataset, technology: str | None = None, *, uncertain: bool = True
 ) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
-    """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.
+    """Return the fingerprints with x, y and a floor, in order, and findings about the others.
 
-    With ``technology`` only its fingerprints; without ``uncertain`` none that is so, as formats want that cannot say
-    how sure a position is. Raises DatasetError if none is left.
+    With ``technology`` only its fingerprints; without ``uncertain`` no uncertain ones, for formats that cannot store a
+    sigma. Raises DatasetError if none is left.
     """
     known = pl.all_horizontal(pl.col("x", "y", "floor").is_not_null())
     wanted = pl.lit(value=True) if technology is None else pl.col("technology") == technology
@@ -228,7 +229,7 @@ def labelled_fingerprints(
 def labelled_by_session(
     dataset: Dataset, fingerprints: pl.LazyFrame, progress: Progress[str]
 ) -> Iterator[SessionTables]:
-    """Yield the fingerprints and their readings session by session, telling ``progress`` after each."""
+    """Yield the fingerprints and their readings session by session; ``progress`` is called after each."""
     total = fingerprints.select(pl.col("session").n_unique()).collect(engine="streaming").item()
     for tables in each_session(fingerprints, dataset.readings):
         yield tables
@@ -240,7 +241,7 @@ def matrices(
 ) -> Iterator[tuple[pl.DataFrame, npt.NDArray[np.float32]]]:
     """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` if there is none.
 
-    Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint become their mean.
+    Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint are averaged.
     """
     columns = pl.DataFrame({"bssid": transmitters}).with_row_index("column")
     height = max(1, _CELLS_AT_ONCE // max(1, len(transmitters)))
@@ -263,7 +264,7 @@ def _counted(counts: Iterable[int], messages: Iterable[tuple[FindingKind, str]])
 
 
 def matrix_losses(readings: pl.DataFrame, not_heard: float) -> IntArray:
-    """Count the readings of fingerprints that a matrix of levels cannot hold as they are: unknown, hidden, several."""
+    """Count the readings that a matrix of levels cannot contain unchanged: unknown, hidden, several."""
     levels = pl.col("rssi_dbm")
     counts = readings.select(
         unknown=levels.is_null().sum(),
@@ -275,7 +276,7 @@ def matrix_losses(readings: pl.DataFrame, not_heard: float) -> IntArray:
 
 def matrix_loss_findings(lost: IntArray, not_heard: float) -> tuple[Finding, ...]:
     """Report the sums of :func:`matrix_losses` over all sessions."""
-    hidden = f"readings of {not_heard:g} dBm cannot be told from 'not heard', which the format writes as this level"
+    hidden = f"readings of {not_heard:g} dBm look like 'not heard', which the format writes as this level"
     messages: tuple[tuple[FindingKind, str], ...] = (
         ("unknown_levels_left_out", UNKNOWN_LEVELS),
         ("levels_left_out", hidden),
@@ -290,8 +291,7 @@ def matrix_loss_findings(lost: IntArray, not_heard: float) -> tuple[Finding, ...
 def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
     """Return ``scan_id`` and ``unix_ns`` (start of the fingerprint, ns since 1970) of every fingerprint.
 
-    On the boot clock the time of day is that of the session's start, taken as UTC, plus what has passed since its
-    first fingerprint; null if it is not known.
+    On the boot clock, this is the session's start (as UTC) plus the time since its first fingerprint; null if unknown.
     """
     start = pl.col("start_ns")
     if dataset.info.clock == "unix":
@@ -309,7 +309,7 @@ def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
 
 
 def seconds_text(time_ns: pl.Expr) -> pl.Expr:
-    """Write whole nanoseconds as seconds, without the digits that a floating-point number would lose."""
+    """Write whole nanoseconds as seconds, without loss of digits."""
     rest = (time_ns % _NS).cast(pl.String).str.zfill(9).str.strip_chars_end("0")
     whole = (time_ns // _NS).cast(pl.String)
     return pl.when(rest == "").then(whole).otherwise(pl.concat_str([whole, rest], separator="."))
@@ -319,9 +319,9 @@ def seconds_text(time_ns: pl.Expr) -> pl.Expr:
 def csv_file(
     folder: Folder, name: str, separator: str = ",", null: str = ""
 ) -> Iterator[Callable[[pl.DataFrame], None]]:
-    """Open a new CSV file and yield what appends a table to it; ``null`` is written for what is not known.
+    """Open a new CSV file and yield a function that appends a table to it; ``null`` is written for unknown values.
 
-    All tables have the same columns; the first brings the header, even without rows.
+    All tables have the same columns; the first writes the header, even without rows.
     """
     with folder.writing(name) as file:
         heads = chain((True,), repeat(False))

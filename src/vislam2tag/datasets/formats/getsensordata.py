@@ -1,6 +1,6 @@
-"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them: log file -> taps and tables -> walks.
+"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them.
 
-One text file a walk, places in degrees.
+One text file for each walk, with places in degrees.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vislam2tag.site.georeference import Georeference, from_wgs84
 from vislam2tag.site.model import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4
-"""Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""
+"""The default origin is the south-west corner of all taps, rounded down to this grid, about ten metres."""
 _HEAD_BYTES = 65_536
 _FILES_LOOKED_AT = 3
 
@@ -61,7 +61,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 
 def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
-    """Slugs and files of the logs, in order; other text files are passed over."""
+    """Slugs and files of the logs, in order; other text files are ignored."""
     if path.is_file() and folder == path.parent:
         files = [path]
     else:
@@ -91,7 +91,7 @@ def _places(taps: LoggedTaps) -> list[Storey]:
 
 
 def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
-    """The tap nearest to the median of all; raises DatasetError if there is none."""
+    """The tap nearest to the median of all; raises DatasetError without taps."""
     position = np.concatenate([each.position for each in taps])
     if not len(position):
         raise DatasetError(f"{path}: no log has a POSI row with a place, so nothing can be labelled")
@@ -101,7 +101,7 @@ def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
 
 
 def _near(taps: LoggedTaps, centre: Georeference) -> LoggedTaps:
-    """Leave out taps that lie too far away to be of the same site."""
+    """Skip taps that are too far away to belong to the site."""
     near = np.linalg.norm(from_wgs84(taps.position, centre), axis=1) <= FARTHEST_M
     return LoggedTaps(taps.app_s[near], taps.position[near], taps.floor[near], taps.building[near], taps.time_ns[near])
 

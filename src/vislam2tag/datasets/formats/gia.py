@@ -1,6 +1,6 @@
 """giaIndoorLoc's labelled layout (Laska et al., IPIN 2022): ``floor_K/DEVICE/SESSION/wifi_annotated.csv``.
 
-Annotated tables by floor, phone and session, the raw files beside: written from labels, and read.
+Annotated tables by floor, phone and session, with the raw files next to them; written from labels, and read.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def recognises(path: Path) -> bool:
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read every session's Wi-Fi readings and group them by scan, one session in memory at a time.
 
-    Raises DatasetError if a table has other columns or a number is none.
+    Raises DatasetError if a table has other columns or a number is invalid.
     """
     root = _root(path, folder_of(path, context.scratch, context.most_unpacked))
     sessions = _sessions(path, root)
@@ -115,7 +115,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 
 def _root(path: Path, folder: Path) -> Path:
-    """The folder that holds the floors: an archive may have it inside another."""
+    """The folder that contains the floors, which may be inside another in an archive."""
     found = sorted(folder.rglob(WIFI_FILE))
     if not found:
         raise DatasetError(f"{path}: contains no floor_K/DEVICE/SESSION/{WIFI_FILE}")
@@ -140,7 +140,7 @@ def _sessions(path: Path, root: Path) -> list[_AnnotatedSession]:
 def _parts(
     session: _AnnotatedSession, settings: DatasetSettings
 ) -> tuple[dict[str, pl.DataFrame], tuple[Finding, ...]]:
-    """Make one session's rows of each table; headings and speeds come from a trajectory, which the layout lacks."""
+    """Make one session's rows of each table; headings and speeds need a trajectory, which the layout does not have."""
     rows, odd = admitted(wifi_rows(session.wifi, session.key), "bssid", WIFI_FILE)
     nowhere = pl.DataFrame(schema=LABELLED[TRAJECTORY])
     walk = SessionWalk(session.slug, "", session.key.device, session.key.session, PhoneMotion.of(nowhere))
@@ -171,7 +171,7 @@ def _session_row(session: _AnnotatedSession, fingerprints: pl.DataFrame) -> pl.D
 
 
 def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:
-    """Floors with their extents and plans, where the layout's site files are beside."""
+    """Floors with their extents and plans, if the layout's site files exist."""
     site, findings = read_site(root)
     floors, plans = [], {}
     for floor in site.floors:
@@ -186,11 +186,11 @@ def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str,
 
 WIFI_TYPE = "WLAN"
 OUTSIDE = ("after_last_landmark", "outside_frames")
-"""Rows that the published program leaves out: nothing is mapped from there on."""
+"""Status of rows that the published program skips, because nothing is mapped from there on."""
 _WITHOUT_ADDRESSES = frozenset(
     name for role in ("poses", "landmarks", "sensors", "presses") for name in FILE_NAMES[role]
 ) | {"AnchorPose.csv", "tachy.csv", "truth.csv", "route.csv"}
-"""Raw files that hold no address or name of a network."""
+"""Raw files that contain no address or name of a network."""
 HOLDS = {
     "wifi": ("floor", "device", "session", "row", "scan", "time_ns", "bssid", "ssid", "rssi_dbm", "x", "y"),
     "sensors": ("floor", "device", "session", "row", "time_ns", "sensor", "v1", "v2", "v3", "v4", "v5", "v6", "x", "y"),
@@ -200,7 +200,7 @@ HOLDS = {
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the annotated tables of every session that has a label.
 
-    Raises DatasetError if none has, or ``labels`` is no finished output of ``process``, UsageError where
+    Raises DatasetError if there is none, or if ``labels`` is not a finished output of ``process``, and UsageError if
     ``--survey`` is another survey.
     """
     opened, left_out = shared_labels(labels, context)
@@ -243,7 +243,7 @@ def _write_session(
         _shortest(wifi["rssi_dbm"]).alias("rss"),
         *place,
     )
-    # An empty name is written as nothing at all, as published, not as a pair of quotes.
+    # An empty name is written as nothing, as in the published files, not as a pair of quotes.
     write_csv(annotated.with_columns(pl.col("ssid").replace("", None)), folder, WIFI_FILE)
     if sensors.height:
         values = (f"v{number}" for number in range(1, 7))
@@ -253,7 +253,7 @@ def _write_session(
 
 
 def _placed(rows: pl.DataFrame, floor: int, lost: list[Finding]) -> pl.DataFrame:
-    """Sort by time, leave out what lies outside the mapped part, and keep the positions that the layout can hold."""
+    """Sort by time, skip rows outside the mapped part, and keep the positions that the layout supports."""
     outside = pl.col("status").is_in(OUTSIDE)
     elsewhere = pl.col("x").is_not_null() & (pl.col("floor") != floor)
     uncertain = pl.col("x").is_not_null() & (pl.col("status") == "uncertain")
@@ -282,7 +282,7 @@ def _placed(rows: pl.DataFrame, floor: int, lost: list[Finding]) -> pl.DataFrame
 
 
 def _shortest(levels: pl.Series) -> pl.Expr:
-    """Levels as whole numbers where all are, as the published files have them."""
+    """Levels as whole numbers if all are, as in the published files."""
     known = levels.drop_nulls()
     return pl.col("rssi_dbm").cast(pl.Int32) if (known == known.round()).all() else pl.col("rssi_dbm")
 
@@ -307,7 +307,7 @@ def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -
 def _copy_session(
     source: Path, target: Folder, session: LabelledSession, private: PrivateLabels, lost: list[Finding]
 ) -> None:
-    """Copy a session's raw files; those that would tell what is hidden are rewritten or left out."""
+    """Copy a session's raw files; files that would reveal hidden data are rewritten or skipped."""
     published = format_of(source) == "published"
     read = next((name for name in FILE_NAMES["wifi"] if published and (source / name).is_file()), None)
     for file in sorted(entry for entry in source.iterdir() if entry.is_file() and not entry.name.startswith(".")):
@@ -323,7 +323,7 @@ def _copy_session(
 
 
 def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Finding]:
-    """Copy the files that describe the site, of the survey and of each of its floors; return what is left out."""
+    """Copy the files that describe the site, of the survey and of each of its floors; return findings."""
     outside = set[str]()
     for file in sorted([*survey.glob("*"), *survey.glob("floor_*/*")]):
         if not file.is_file() or file.name.startswith("."):

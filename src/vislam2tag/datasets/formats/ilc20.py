@@ -1,6 +1,6 @@
 """Indoor Location Competition 2.0 (Microsoft Research, 2021): walks through malls between tapped waypoints.
 
-Folders of sites -> trace files -> walks: traces lie by site and floor, with plans and the names of floors as numbers.
+Traces are in folders by site and floor, with plans and floor names.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PLAN = "floor_image.png"
 
 @dataclass(frozen=True)
 class TraceRef:
-    """A trace file and where its folders say that it was walked."""
+    """A trace file, with site and floor from its folders."""
 
     path: Path
     place: Storey
@@ -45,7 +45,7 @@ class TraceRef:
 
 @dataclass(frozen=True)
 class Ilc20Sites:
-    """What lies below a folder: traces in the order of their slugs, floors in order, plans by path in the data set."""
+    """Content of a folder: traces in the order of their slugs, floors in order, plans by path in the data set."""
 
     traces: tuple[TraceRef, ...]
     floors: tuple[FloorInfo, ...]
@@ -54,14 +54,14 @@ class Ilc20Sites:
 
 
 def is_trace_path(parts: Sequence[str]) -> bool:
-    """Whether a path (by its parts) is that of a trace file in a floor's folder: ``.../F4/path_data_files/x.txt``."""
+    """Whether a path (in parts) is that of a trace file in a floor's folder: ``.../F4/path_data_files/x.txt``."""
     return len(parts) >= 2 and parts[-1].endswith(".txt") and _floor_folder(parts) is not None
 
 
 def find_sites(root: Path) -> Ilc20Sites:
-    """Look for traces below a folder; one that is a floor's or a site's own folder will do.
+    """Look for traces below a folder, which may be that of a floor or a site.
 
-    Traces lie in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR`` itself, ``floor_info.json`` and the plan in
+    Traces are in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR``; ``floor_info.json`` and the plan are in
     ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError if there is no trace.
     """
     root = root.resolve()
@@ -88,7 +88,7 @@ def find_sites(root: Path) -> Ilc20Sites:
 
 
 def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
-    """The parts of the floor's folder of a trace file; None if its folders are not named so."""
+    """The parts of the floor's folder of a trace file; None if its folders have other names."""
     own = parts[:-1]
     if own and own[-1] == TRACES:
         return own[:-1]
@@ -146,11 +146,11 @@ def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
 
 
 BESIDE_M = 10.0
-"""Plans are drawn by hand: a waypoint may lie this far beside one."""
+"""Tolerance around hand-drawn plans: a waypoint may be this far outside."""
 
 
 def recognises(path: Path) -> bool:
-    """Whether a trace lies in the folder of a floor."""
+    """Whether a trace is in the folder of a floor."""
     if path.is_file() and path.suffix == ".txt":
         return False
     return any(is_trace_path((*path.resolve().parts, *name.parts)) for name in names_in(path))
@@ -211,7 +211,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> LoggedWalk:
 
 
 def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
-    """Mask (n,) of the taps at these positions (n, 2) that lie on the plan, or a few metres beside it."""
+    """Mask (n,) of the taps at these positions (n, 2) that are on the plan, or a few metres outside it."""
     size = np.array([size_m or FARTHEST_M for size_m in (floor.width_m, floor.height_m)])
     low = -BESIDE_M if floor.width_m else -FARTHEST_M
     inside: BoolArray = np.all((position >= low) & (position <= size + BESIDE_M), axis=1)

@@ -1,23 +1,23 @@
-"""Published sets that are tables of levels, a description each: Tampere, UJI's library, UTSIndoorLoc and WiFine.
+"""Published data sets that are tables of levels: Tampere, UJI's library, UTSIndoorLoc and WiFine.
 
-Tampere (Lohan et al., Data 2017, 2(4), 32): ``Training_rss_*.csv``, ``..._coordinates_*.csv``, ``..._device_*.csv``,
-``..._date_*.csv`` and the same of ``Test_``, without headers, a row a fingerprint. x, y, z in metres in a local frame;
-floors are 3.7 m apart.
+Tampere (Lohan et al., Data 2017, 2(4), 32): files ``Training_rss_*.csv``, ``..._coordinates_*.csv``,
+``..._device_*.csv`` and ``..._date_*.csv``, and the same for ``Test_``. They have no headers, and one row for each
+fingerprint. The coordinates x, y, z are metres in a local frame; floors are 3.7 m apart.
 
-UJI's long-term library set (Mendoza-Silva et al., Data 2018, 3(1), 3): a folder a month, in it ``trnNNrss.csv``
-(levels, 100: not heard), ``...crd.csv`` (x, y in metres, floor), ``...tms.csv`` (local time as digits from year to
-millisecond) and ``...ids.csv``, and the same of ``tst``, without headers. In the split that comes along the first
-month's ``trn`` trains and what is later tests; the first month's own tests say nothing of change and are in neither
-part.
+UJI's long-term library set (Mendoza-Silva et al., Data 2018, 3(1), 3): one folder for each month. It contains
+``trnNNrss.csv`` (levels, 100: not heard), ``...crd.csv`` (x, y in metres, floor), ``...tms.csv`` (local time as digits
+from year to millisecond) and ``...ids.csv``, and the same for ``tst``, without headers. In the official split the first
+month's ``trn`` is the training set, and later months are the test set. The first month's own tests show no change over
+time and are in neither part.
 
-UTSIndoorLoc (Song et al., CNNLoc, IEEE Access 2019): ``UTS_training.csv`` and ``UTS_test.csv``, a row a fingerprint:
-589 columns of levels (100: not heard), then ``Pos_x``, ``Pos_y`` in metres and ``Floor_ID``; the published files have
-further columns, of which building, user and phone are taken. Which rows belong to one walk is not known: each file is
-one session.
+UTSIndoorLoc (Song et al., CNNLoc, IEEE Access 2019): ``UTS_training.csv`` and ``UTS_test.csv``, one row for each
+fingerprint. They have 589 columns of levels (100: not heard), then ``Pos_x``, ``Pos_y`` in metres and ``Floor_ID``, and
+further columns, of which building, user and phone are used. The rows of one walk are unknown, so each file is one
+session.
 
-WiFine (Khassanov et al. 2021): trajectories of scans, a CSV and a session each, in the folders ``train``, ``val`` and
-``test``: columns of levels (-100: not heard) named by numbers from 0, then ``num_visible_APs``, ``timestamp`` in
-seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``.
+WiFine (Khassanov et al. 2021): trajectories of scans, one CSV file and session each, in the folders ``train``, ``val``
+and ``test``. Columns of levels (-100: not heard) are named by numbers from 0, followed by ``num_visible_APs``,
+``timestamp`` in seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vislam2tag.datasets.model import TEST, TRAIN
 
 STOREY_M = 3.7
 _OFF_FLOOR_M = 0.05
-"""A height farther than this from every floor is a finding; it goes to the nearest."""
+"""A height at a larger distance from every floor is a finding; the closest floor is used."""
 _STOREY = pl.col("z") / STOREY_M
 _FLOOR = _STOREY.round().cast(pl.Int32, strict=False)
 _TAMPERE_TIME = pl.col("date").str.to_datetime("%Y-%m-%d %H:%M:%S", time_unit="ns", strict=False)
