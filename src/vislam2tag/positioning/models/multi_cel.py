@@ -1,6 +1,6 @@
-"""multi-CEL, the paper's better network, and the settings it was published with.
+"""multi-CEL, the paper's better network, with its published settings.
 
-The program that made the paper's numbers, in the terms of ours (``../networks/multi_cel.py`` says what they mean).
+The settings of the program behind the paper's numbers, in our terms (``../networks/multi_cel.py`` explains them).
 """
 
 from __future__ import annotations
