@@ -18,8 +18,8 @@ from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed
 class GlobalMapping:
     """Least squares between each landmark's median logged position and its surveyed one.
 
-    The medians take all logged rows, those of lost tracking included, as the published program does. Frames from the
-    first boundary (a visit, or an end of a stretch without landmarks) to before the last one are mapped.
+    The medians include all logged rows, even during tracking losses, as in the published program. Frames from the first
+    boundary (a visit, or an end of a stretch without landmarks) to the one before the last boundary are mapped.
     """
 
     transformation: type[Similarity2] | type[Affine2]
