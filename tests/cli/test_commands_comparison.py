@@ -32,7 +32,14 @@ def test_splits_are_listed_with_their_leakage(folder: Path) -> None:
     before = bytes_of(folder)
     done = vislam2tag("split", folder)
     assert done.returncode == 0, done.stderr
-    for text in ("3.0  3.0", "test_4", "12", "4 of 4", "random: half of the test fingerprints", "floor: no test"):
+    for text in (
+        "3.0  3.0",
+        "test_4",
+        "12",
+        "4 of 4",
+        "random: half of the test fingerprints",
+        "floor: no floor of the test",
+    ):
         assert text in done.stdout
     assert bytes_of(folder) == before
 
@@ -157,7 +164,10 @@ def test_a_survey_of_another_building_is_doubted(tmp_path: Path) -> None:
     write_dataset(surveyed(Survey("later", places=others)), tmp_path / "later")
     done = vislam2tag("join", tmp_path / "base", tmp_path / "later", "--out", tmp_path / "joined")
     assert done.returncode == 0
-    assert "most_changed: wifi: 48 of 48 access points changed. Check that the later survey is of the same building" in done.stdout
+    assert (
+        "most_changed: wifi: 48 of 48 access points changed. Check that the later survey is of the same building"
+        in done.stdout
+    )
 
 
 def test_surveys_that_cannot_be_joined(tmp_path: Path) -> None:

@@ -206,7 +206,7 @@ def test_wrong_values_are_told_in_one_line(
 def test_nothing_labelled_is_told(tmp_path: Path) -> None:
     write_dataset(small_dataset(unlabelled=12), tmp_path / "set")
     done = vislam2tag("radio-maps", tmp_path / "set", "--out", tmp_path / "maps", "--ap", bssid(0, 0))
-    assert "there is nothing to map" in the_error(done)
+    assert "no map can be made" in the_error(done)
 
 
 @pytest.mark.parametrize(("text", "metres"), [("1m", 1.0), ("50cm", 0.5), (" 1.5 m ", 1.5)])

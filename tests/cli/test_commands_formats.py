@@ -106,7 +106,7 @@ def test_a_split_and_what_is_left_out(dataset: Path, tmp_path: Path) -> None:
     lines = done.stdout.splitlines()
     assert lines[0] == f"{tmp_path / 'out'}: uji, 6 files"
     assert "unlabelled_left_out 4: fingerprints without a position" in done.stdout
-    assert "skipped columns of readings: frequency_mhz, time_ns, floor, x, y, sigma (" in done.stdout
+    assert "columns of readings are skipped: frequency_mhz, time_ns, floor, x, y, sigma (" in done.stdout
     assert " readings have them)" in done.stdout
     assert (tmp_path / "out" / "validationData.csv").is_file()
     assert (tmp_path / "out" / "export.json").is_file()

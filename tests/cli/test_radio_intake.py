@@ -126,7 +126,10 @@ def test_every_notation_is_located_alike(place: Path, tmp_path: Path) -> None:
 def test_levels_and_masks_that_locate_leaves_out(place: Path, tmp_path: Path) -> None:
     rows = [("a", bssid(0, number), level) for number, level in enumerate((65, 70, 59))]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "sign.csv", [*rows, ("a", bssid(0, 3), -60)]))
-    assert "lost_sign: 3 (lines 2, 3, 4): most levels of the file are positive, so the minus sign is missing" in done.stderr
+    assert (
+        "lost_sign: 3 (lines 2, 3, 4): most levels of the file are positive, so the minus sign is missing"
+        in done.stderr
+    )
     odd = [("a", "02:00:00:00:00:00", -50), ("a", "", -50), ("a", bssid(0, 1), -127), ("a", bssid(0, 2), 127)]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "odd.csv", odd))
     assert "masked_addresses: 2 (lines 2, 3)" in done.stderr

@@ -84,7 +84,7 @@ def test_a_walk_of_one_name_with_other_rows_is_refused() -> None:
     [
         (with_floor(width_m=61.0), "floor 0: width_m is 60 in the base and 61 in the later survey"),
         (with_floor(elevation_m=1.0), "floor 0: elevation_m is 0 in the base and 1"),
-        (with_info(small_dataset(), clock="unix"), "clock is boot in small and unix in small: times count"),
+        (with_info(small_dataset(), clock="unix"), "clock is boot in small and unix in small: the times have"),
         (with_info(small_dataset(), frame="UTM"), "frame is .* the positions have different frames"),
         (with_privacy(small_dataset(), Privacy(hash_key=b"0" * 16)), "hash both with one key, or neither"),
         (

@@ -85,7 +85,7 @@ def test_a_run_that_has_not_ended_and_one_without_sessions(tmp_path: Path) -> No
         path.unlink()
     assert "no session" in the_error(out)
     (out / "summary.json").unlink()
-    assert "has not ended" in the_error(out)
+    assert "has not finished" in the_error(out)
 
 
 def test_damaged_results_and_tables(tmp_path: Path) -> None:

@@ -200,7 +200,7 @@ def test_an_unknown_access_point_is_told() -> None:
 
 
 def test_without_a_label_there_is_nothing_to_map() -> None:
-    with pytest.raises(DatasetError, match=r"small: no access point has 10 readings .* \(the most is 0\)"):
+    with pytest.raises(DatasetError, match=r"small: no access point has 10 readings .* \(at most 0\)"):
         list(mapping.radio_maps(small_dataset(unlabelled=12), SETTINGS))
 
 

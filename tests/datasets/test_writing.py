@@ -38,7 +38,7 @@ OF_LABELS = {name: each for name, each in export_formats().items() if each.sourc
 def test_columns_without_a_value_are_not_missed() -> None:
     table = pl.LazyFrame({"x": [1.0, None], "user": ["", None], "sigma": [None, None], "z": [None, 2.0]})
     (finding,) = writing.left_out({"fingerprints": table}, {"fingerprints": frozenset({"x"})})
-    assert (finding.count, finding.message) == (1, "skipped columns of fingerprints: z")
+    assert (finding.count, finding.message) == (1, "columns of fingerprints are skipped: z")
     assert writing.left_out({"fingerprints": table}, {"fingerprints": frozenset({"x", "z"})}) == ()
 
 
@@ -51,7 +51,7 @@ def test_a_table_without_a_place() -> None:
 def test_what_follows_from_the_rest_is_not_missed() -> None:
     table = pl.LazyFrame({"bssid": ["a"], "strongest_dbm": [-40.0], "ssid": ["b"]})
     (finding,) = writing.left_out({"access_points": table}, {"access_points": frozenset({"bssid"})})
-    assert finding.message == "skipped columns of access_points: ssid"
+    assert finding.message == "columns of access_points are skipped: ssid"
 
 
 def test_the_whole_set() -> None:

@@ -62,7 +62,7 @@ def test_what_is_no_level_becomes_null(level: float) -> None:
 def test_a_file_of_positive_levels_has_lost_its_sign() -> None:
     sign, rest = level_findings(rows(65.0, 70.0, None, -60.0, 81.0, 127.0, 66.0), "ble.csv", "left out")
     assert (sign.kind, sign.count, sign.lines) == ("lost_sign", 4, (1, 2, 5, 7))
-    assert "65 for -65" in sign.message
+    assert "65 instead of -65" in sign.message
     assert (rest.kind, rest.lines) == ("absurd_levels", (6,))
 
 

@@ -103,7 +103,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     )
     found = counts.collect(engine="streaming").row(0, named=True)
     lost = [column for column in missing if found[column]]
-    return _finding(name, found["_rows"], f"skipped columns of {name}: {', '.join(lost)}") if lost else None
+    return _finding(name, found["_rows"], f"columns of {name} are skipped: {', '.join(lost)}") if lost else None
 
 
 def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:

@@ -82,7 +82,7 @@ def test_name_description_and_privacy(quartet: Path, tmp_path: Path) -> None:
     ("options", "error", "said"),
     [
         (ImportOptions(format_name="ods"), UsageError, "no format 'ods' can be read; formats are: "),
-        (ImportOptions(format_name="uts"), DatasetError, "holds no UTS_training"),
+        (ImportOptions(format_name="uts"), DatasetError, "contains no UTS_training"),
         (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are metres already"),
     ],
 )
@@ -185,7 +185,7 @@ def test_what_is_left_out_is_recorded(sources: dict[str, Path], tmp_path: Path) 
     record = json.loads((tmp_path / "out" / RECORD_FILE).read_text())
     lost = {finding["file"]: finding["message"] for finding in record["findings"] if finding["kind"] == "left_out"}
     assert "sigma" in lost["fingerprints"]
-    assert lost["readings"] == "skipped columns of readings: time_ns, floor, x, y, sigma"
+    assert lost["readings"] == "columns of readings are skipped: time_ns, floor, x, y, sigma"
     assert lost["imu_windows"] == "the table imu_windows is skipped, because the format has no place for it"
     assert lost["splits"] == "all splits but one are skipped"
 
@@ -245,7 +245,7 @@ def test_what_is_no_source(survey: Path, sources: dict[str, Path], tmp_path: Pat
         export(tmp_path / "nothing", tmp_path / "out", "uji")
     with pytest.raises(DatasetError, match="neither a data set nor an output folder"):
         export(survey, tmp_path / "out", "uji")
-    with pytest.raises(UsageError, match="not an output folder"):
+    with pytest.raises(UsageError, match="is no output folder"):
         export(survey, tmp_path / "out", "tum")
     with pytest.raises(OutputError, match="is not empty and was not made by this command"):
         export(sources[SMALL], sources[SIMULATED], "uji")

@@ -71,7 +71,7 @@ def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:
         ({"parameters": {"neighbours": 3}}, "has no parameter 'neighbours'"),
         ({"seed": 1}, "--seed: nothing in weighted-knn is random"),
         ({"fold": "Pixel"}, "--fold Pixel: belongs to a split"),
-        ({"split": "moon"}, "--split moon: the data set has no such split; its splits: block, day, device"),
+        ({"split": "moon"}, "--split moon: the data set has no such split; there are: block, day, device"),
         ({"split": "device"}, "--fold: choose one of split device: Galaxy, Pixel"),
         ({"split": "device", "fold": "Nokia"}, "--fold Nokia: choose one of split device"),
     ],

@@ -89,7 +89,10 @@ def test_what_another_command_wrote_goes_when_told(tmp_path: Path, file: str, re
     for folder in ("labels", "old"):
         (tmp_path / folder / OWN_FILES).write_text(nested.text())
     before = names(tmp_path)
-    with pytest.raises(OutputError, match="wrote; give --replace"), claim(tmp_path, {}, replace=False):
+    with (
+        pytest.raises(OutputError, match="contains the output of `vislam2tag .*; pass --replace"),
+        claim(tmp_path, {}, replace=False),
+    ):
         pass
     assert names(tmp_path) == before
     with claim(tmp_path, {}, replace=True):
