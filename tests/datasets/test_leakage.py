@@ -75,8 +75,8 @@ def whole(found: SplitLeakage) -> FoldLeakage:
 def test_what_each_kind_of_split_measures() -> None:
     found = {split.name: split for split in leakage(SMALL, standard_splits(SMALL))}
     assert found["random"].verdict == (
-        "half of the test fingerprints are within 3.0 m of a training one, 100 % are from walks that are also in the training set: "
-        "measures interpolation along walks, not generalisation"
+        "half of the test fingerprints are within 3.0 m of a training one, 100 % are from walks that are also in the "
+        "training set: measures interpolation along walks, not generalisation"
     )
     assert found["device"].verdict.endswith("measures the same places with another phone")
     assert found["day"].verdict.endswith("measures the same places on another day")

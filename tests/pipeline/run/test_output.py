@@ -90,7 +90,7 @@ def test_what_another_command_wrote_goes_when_told(tmp_path: Path, file: str, re
         (tmp_path / folder / OWN_FILES).write_text(nested.text())
     before = names(tmp_path)
     with (
-        pytest.raises(OutputError, match="contains the output of `vislam2tag .*; pass --replace"),
+        pytest.raises(OutputError, match=r"contains the output of `vislam2tag .*; pass --replace"),
         claim(tmp_path, {}, replace=False),
     ):
         pass
