@@ -114,7 +114,7 @@ def coverage(
 
 
 def _known_within(positions: pl.LazyFrame, sigma: str, radius_m: float) -> pl.LazyFrame:
-    """Skip positions with a larger sigma than the radius, which may be wrong; an unknown sigma is skipped, too."""
+    """Skip positions with a larger sigma than the radius, which may be wrong; those without a sigma are kept."""
     return positions.filter(pl.col(sigma).fill_null(0.0) <= radius_m)
 
 

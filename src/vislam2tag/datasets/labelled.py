@@ -167,7 +167,7 @@ def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
 
     Raises DatasetError if it is not one, if its last run has not finished, or if it contains no session.
     """
-    restore(root)  # finishes a rebase that was interrupted
+    restore(root)  # undoes a rebase that was killed before it had written anything
     run = _run(root)
     if not (root / SUMMARY_FILE).is_file():
         raise DatasetError(f"{root}: `vislam2tag process` has not finished writing it; run it again, and it continues")

@@ -199,7 +199,7 @@ class KernelNormalEquations(Generic[KernelT]):
 LEAD = 0.5
 """Margin by which another storey's probability must exceed that of the labelled one."""
 MOST_OF_STOREY = 0.1
-"""If more than this share of a storey's scans is contradicted, the storey is hard to predict, and they are kept."""
+"""Largest share of a storey's scans that is removed; with more, the storey is probably just hard to predict."""
 _MOST_ROUNDS = 3
 """Largest number of rounds; removed scans no longer contradict others, so all are tested again."""
 _LEAST = 1e-3
