@@ -1,9 +1,8 @@
-"""Do the smoother's stated regions hold what they say? Generated walks of all kinds, real ones, completed landmarks.
+"""Coverage of the smoother's stated regions on generated walks of all kinds, real ones, and completed landmarks.
 
 Errors of all points of a row are pooled; "least" and "most" are the fifths of them with the smallest and the largest
 stated sigma. Wanted: 60 to 76 % inside 68 %, 90 to 98.5 % inside 95 %, 50 to 86 % inside 68 % in either fifth. With
-five walks or more each share has its standard error, in points: by how much it scatters where a row's walks are drawn
-anew from themselves (bootstrap over walks).
+five walks or more each share has its standard error, in points, by bootstrap over walks.
 
     python benchmarks/calibration.py                        walks of 12 seeds a row
     python benchmarks/calibration.py --seeds 200 --count 40

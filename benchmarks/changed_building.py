@@ -1,11 +1,14 @@
-"""A building that changes: what a later survey finds of it, and what updating a positioning model gains.
+"""A changed building: what a later survey detects, and what updating a positioning model gains.
 
-Two surveys of one generated building are compared, with and without changes. With ``--update`` a model's errors in the
-changed building are printed without an update, by five minutes, by all: a base of 12 walks of four minutes; then three
-access points are removed, three moved, three added, and eight walks made, of which half update and half are asked.
-With ``--library`` the same in later months of UJI's long-term library set: learned are the first month's ``trn`` walks;
-asked are ``tst`` scans of each later month. Both by ``local-kriging``, with its own settings; ``updated`` is what
-``train --update`` does, ``both learned`` the same without leaving anything out.
+Two surveys of one generated building are compared, with and without changes.
+
+With ``--update`` the benchmark prints a model's errors in the changed building without an update, with one of five
+minutes, and with a full one. The base has 12 walks of four minutes. Then three access points are removed, three moved
+and three added, and eight walks are made: half of them for the update, half for the test.
+
+With ``--library`` the same is done for later months of UJI's long-term library set. The training set is the first
+month's ``trn`` walks, the test set the ``tst`` scans of each later month. The model is ``local-kriging`` with its
+defaults. ``updated`` is what ``train --update`` does; ``both learned`` is the same without removing anything.
 
     python benchmarks/changed_building.py                            20 buildings
     python benchmarks/changed_building.py --update --buildings 5     9 of 28 access points changed

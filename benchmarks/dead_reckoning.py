@@ -1,13 +1,12 @@
-"""Error at hidden taps of walks without a tracker, by how many taps are kept, beside simpler ways.
+"""Error at hidden taps of walks without a tracker, by the number of kept taps, compared with simpler methods.
 
     python benchmarks/dead_reckoning.py site2/F4                 # with the speed model of the package
     python benchmarks/dead_reckoning.py site1/F1 --cross-validate # learned on the other four fifths of these walks
     python benchmarks/dead_reckoning.py site2/F4 --carried        # other phones, carried otherwise
 
-The folder is a floor of the Indoor Location Competition 2.0. The step model is the one that its organisers gave out
-(steps from peaks of the accelerometer, stride from their period and strength, heading from the rotation vector), its
-closing error spread over the time between kept taps. The plan tells where shops are. Nothing is snapped to where other
-walks have taps.
+The folder is a floor of the Indoor Location Competition 2.0. The step model is that of its organisers: steps from peaks
+of the accelerometer, stride from their period and strength, heading from the rotation vector. Its closing error is
+spread over the time between kept taps. The plan shows the shops. Nothing is snapped to other walks' taps.
 """
 
 from __future__ import annotations

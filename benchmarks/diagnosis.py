@@ -1,13 +1,13 @@
-"""How often diagnosis names what is wrong with a survey, and how often it names something where nothing is.
+"""How often diagnosis names the faults of a survey, and how often it names a fault that is not there.
 
 Usage: python benchmarks/diagnosis.py --surveys 200 [--first-seed 30000] [--jobs 2]
        python benchmarks/diagnosis.py --real
 
-Every generated survey (one or two floors, four or six walks of two and a half minutes on each, any severity of the
-tracker's faults) is diagnosed as it is, and again with one, two or three faults put in, each of a landmark that was
-passed three times at least, where it matters, by walks that passed three others of the floor. A fault is named rightly
-where kind, landmarks (in their order) and sessions are right. Seeds below 30000, and from 51000 to 51199, were
-looked at in development; the figures in docs/results/how-good.md are of others.
+Generated surveys have one or two floors, with four or six walks of two and a half minutes on each, at any severity of
+the tracker's faults. Each survey is diagnosed unchanged, and again with one, two or three faults. A fault concerns a
+landmark that was passed at least three times, by walks that passed three others of the floor. It is named correctly if
+kind, landmarks (in their order) and sessions are right. Seeds below 30000, and from 51000 to 51199, were used in
+development; the figures in docs/results/how-good.md are from other seeds.
 """
 
 from __future__ import annotations

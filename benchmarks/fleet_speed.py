@@ -1,8 +1,8 @@
-"""What a store and a cluster cost: the same survey from disk, from an S3 server, and by one and two Dask workers.
+"""Cost of a store and a cluster: the same survey from disk, from an S3 server, and with one and two Dask workers.
 
-The S3 server (moto), scheduler and workers are processes of this machine, all of which must be otherwise idle; the
-processor time of server and scheduler is told apart, as on a cluster they have machines of their own. Each way of
-processing runs ``--repeats`` times in turn after one run that warms up; medians are printed.
+The S3 server (moto), scheduler and workers are processes of this machine, which must be otherwise idle. The processor
+time of server and scheduler is reported separately, because on a cluster they have their own machines. Each way of
+processing runs ``--repeats`` times in turn after a warm-up run; medians are printed.
 
     python benchmarks/fleet_speed.py                       the survey of speed.py: 80 sessions of 3 minutes
     python benchmarks/fleet_speed.py --sessions 1 --repeats 1

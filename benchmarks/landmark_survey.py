@@ -1,7 +1,7 @@
-"""How well walks place the landmarks that nobody surveyed, and what labels from such landmarks are worth.
+"""Errors of landmarks that walks place without a survey, and of labels from such landmarks.
 
-Generated floors with 20 landmarks and 8 walks of 3 minutes; 3, 5 or 8 landmarks keep their position, well spread or
-drawn at random, ``survey-landmarks`` places the others, and the walks are mapped with the completed file.
+Generated floors have 20 landmarks and 8 walks of 3 minutes. Of these landmarks 3, 5 or 8 keep their position, well
+spread or drawn at random. ``survey-landmarks`` places the others, and the walks are mapped with the completed file.
 
     python benchmarks/landmark_survey.py                                  seeds 1 to 8, default severity
     python benchmarks/landmark_survey.py --seeds 1 2 --severity severe    other floors and faults

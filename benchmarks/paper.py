@@ -1,10 +1,10 @@
-"""What was published beside what this program finds: the published program's output, and the paper's tables.
+"""Published results compared with those of this program: the published program's output, and the paper's tables.
 
-``agreement``: on the published program's six sessions, the same frames, and how far apart at most. ``tables``: Tables
-I and II on generated copies of the paper's evaluation, one for each seed. Each copy is written as a raw survey and
-read back, like any other: 24 walks over control points, 10 in the view of a total station. Every figure is printed
-beside the paper's; the last columns tell its median over the seeds as a multiple of the paper's, and how many seeds
-lie within a factor of 1.5.
+``agreement`` compares the published program's six sessions: common frames, and the largest distance. ``tables`` makes
+Tables I and II from generated copies of the paper's evaluation, one for each seed. Each copy is written as a raw survey
+and read back: 24 walks over control points, 10 in view of a total station. Every figure is printed next to the paper's.
+The last columns are its median over the seeds as a multiple of the paper's, and the number of seeds within a factor of
+1.5.
 
     python benchmarks/paper.py agreement
     python benchmarks/paper.py tables                    seeds 1 to 5

@@ -1,17 +1,18 @@
-"""How models do on walks, phones, users and months that they did not learn from, and on scans drawn at random.
+"""Errors of models on walks, phones, users and months that they did not learn from, and on scans drawn at random.
 
     python benchmarks/positioning_change.py tampere --split official --by session device random
     python benchmarks/positioning_change.py ujiindoorloc --folds 4 --by user session random
     python benchmarks/positioning_change.py wifine --by official random
     python benchmarks/positioning_change.py uji-library --by month last-month random
 
-Data sets are folders that ``vislam2tag import`` made; of ``--split`` the training part alone is looked at. ``month``
-learns from the first calendar month and is asked about the others, ``last-month`` is asked about the last and learns
-from those before; ``official`` is the split of that name. ``random`` leaves out tenths, until 1,500 scans were asked.
-``--seed`` deals other folds. Prints errors, right floors and how many errors the stated circles hold: of all scans, and
-of the fifths with the smallest and the largest circles; how far that would scatter had other walks been walked (half a
-95 % interval of the bootstrap over walks); an asterisk where it is out of bounds (60 to 76, 90 to 98.5, fifths 50 to
-86 %), two where its whole interval is.
+Data sets are folders of ``vislam2tag import``; with ``--split`` only the training set is used. ``month`` learns from
+the first calendar month and tests the others; ``last-month`` tests the last month and learns from those before.
+``official`` is the split of that name. ``random`` leaves out tenths, until 1,500 scans were tested. ``--seed`` deals
+other folds.
+
+Prints errors, right floors and the coverage of the stated circles, for all scans and for the fifths with the smallest
+and the largest circles. The scatter is half a 95 % interval of the bootstrap over walks. An asterisk marks values out
+of bounds (60 to 76, 90 to 98.5, fifths 50 to 86 %), two asterisks mark intervals that are entirely out of bounds.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How much scans of a walk help each other: held-out walks, each scan alone, filtered and smoothed, with the tracker.
+"""Gain from combining the scans of a walk: held-out walks, each scan alone, filtered and smoothed, with the tracker.
 
     vislam2tag simulate survey --floors 3 --devices 3 --sessions 3 --minutes 3 --seed 7
     vislam2tag dataset survey --out fingerprints
@@ -6,7 +6,7 @@
     python benchmarks/positioning_sequences.py wifine --split official --model weighted-knn
     python benchmarks/positioning_sequences.py mall --traces site2/F4 --model weighted-knn
 
-Trains on each fold of the split; prints means over the folds. The raw survey tells how the tracker moved.
+Trains on each fold of the split; prints means over the folds. The raw survey contains the motion of the tracker.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""What walks of a floor gain by telling one another where their radio scans say that they were.
+"""Gain of walks of a floor from radio constraints between sessions.
 
-Generated floors with 20 landmarks and 8 walks of 3 minutes, of which 3 landmarks are surveyed, well spread or drawn at
-random, mapped alone and with what the walks tell one another of the sheets (``process --together``); then each again
-with where the others' scans put it.
+Generated floors have 20 landmarks and 8 walks of 3 minutes. Three landmarks are surveyed, well spread or drawn at
+random. The walks are mapped alone and with landmark priors from each other (``process --together``), then again with
+radio constraints.
 
-With ``--real`` in real buildings, with a tracker whose drift is drawn. Places and scans are real: WiFine's walks, and
-those of the Indoor Location Competition 2.0 through all their taps. Walks are off as a tracker would put them: not at
-all at landmarks, once in so many metres of the way, and by a random walk between two of these (a Brownian bridge),
-which is stated truly. All that others tell is used as the smoother would, by least squares about that drift.
+With ``--real`` buildings, places and scans are real: WiFine's walks, and those of the Indoor Location Competition 2.0
+through all their taps. Only the tracker's drift is drawn. It is zero at landmarks, at fixed distances along the path,
+and a random walk between two of them (a Brownian bridge), with its true standard deviation stated. Constraints are used
+as in the smoother, by least squares about that drift.
 
     python benchmarks/radio_ties.py                                  seeds 111 to 118
     python benchmarks/radio_ties.py --severity severe

@@ -1,10 +1,10 @@
-"""How well a check without ground truth tells the accuracy of labels, and what one more landmark brings.
+"""Accuracy of the check without ground truth, and what one more landmark brings.
 
 Usage: python benchmarks/self_check.py [--seeds 53 54] [--severity none mild default severe] [--jobs 2] [--csv FILE]
 
-Each landmark of each walk is left out and predicted; the mean error of its labels as estimated from that is compared
-with the true one. A landmark that was left out is also one that could be put up: what the gain map promises for its
-place is compared with what it brings.
+Each landmark of each walk is left out and predicted. The mean error of labels estimated from this is compared with the
+true one. A left-out landmark is also one that could be added: the gain map's prediction for its place is compared with
+the real gain.
 """
 
 from __future__ import annotations

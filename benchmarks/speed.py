@@ -1,11 +1,13 @@
-"""Time and memory of the command line, each beside what cannot be left out; a subcommand for each measurement.
+"""Time and memory of the command line, compared with the unavoidable part; one subcommand for each measurement.
 
-``process``: DuckDB (two threads) only turns the same raw files into Parquet, one COPY a table with typed columns;
-``vislam2tag process`` (two processes) reads, maps, labels and writes everything. ``dataset``: ``vislam2tag dataset``
-beside ``process`` on the same survey, also by the processor's time, which other work on the machine disturbs less;
-then its memory. ``import``: a wide table of UJIIndoorLoc's size is parsed by ``polars.read_csv``, and read and written
-as a data set's tables; then traces of the Indoor Location Competition 2.0, repeated over more and more floors, are
-imported whole. ``memory``: sessions stream, so that 160 should need at most 1.1 times the memory of 20.
+- ``process``: DuckDB (two threads) converts the same raw files to Parquet, one COPY for each table with typed columns.
+  ``vislam2tag process`` (two processes) reads, maps, labels and writes everything.
+- ``dataset``: ``vislam2tag dataset`` and ``process`` on the same survey, also by processor time, which other work on
+  the
+  machine disturbs less; then its memory.
+- ``import``: a wide table of UJIIndoorLoc's size is parsed by ``polars.read_csv``, and read and written as tables of a
+  data set. Then traces of the Indoor Location Competition 2.0, repeated over more and more floors, are imported.
+- ``memory``: sessions stream, so that 160 should need at most 1.1 times the memory of 20.
 
 Both programs run in turn; printed are the median ratio, its range and the peak memory of all processes together.
 

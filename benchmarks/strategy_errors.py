@@ -4,9 +4,9 @@ Generated walks are compared at every camera frame, real ones at their true poin
 walk counts once: a figure is the average of the walks' figures. Coverage is pooled over all points. The smoother is
 also compared with each other strategy on the points that both label.
 
-With ``--thinned`` fewer landmarks hang on a floor: generated floors have 24; of these, and of those given with the real
-walks, every k-th is kept, starting with another one for each walk; the others are taken out of the logs too. With
-"+ unsurveyed" the smoother gets them back, logged but not surveyed.
+With ``--thinned`` a floor has fewer landmarks. Generated floors have 24; of these, and of those of the real walks,
+every k-th is kept, starting with another one for each walk. The others are also removed from the logs. With "+
+unsurveyed" the smoother gets them back, logged but not surveyed.
 
     python benchmarks/strategy_errors.py                               96 generated, 3 real
     python benchmarks/strategy_errors.py --seeds 21 22 --severity none mild default severe

@@ -1,8 +1,8 @@
-"""What walks of a floor gain from one another: mapped alone, and together (``process --together``).
+"""Gain of walks of a floor from each other: mapped alone, and together (``process --together``).
 
-Generated floors with 20 landmarks and 8 walks of 3 minutes, of which 3, 5 or 8 landmarks are surveyed, well spread or
-drawn at random; the others hang there and nobody knows where. "Landmarks" are walks together that tell one another of
-landmarks alone, and not how noisy their device's tracker is.
+Generated floors have 20 landmarks and 8 walks of 3 minutes. Of the landmarks 3, 5 or 8 are surveyed, well spread or
+drawn at random; the places of the others are unknown. "Landmarks" are walks together that share only landmark priors,
+and not the noise of their device's tracker.
 
     python benchmarks/together.py                                  seeds 1 to 4, default severity
     python benchmarks/together.py --seeds 11 12 --severity severe

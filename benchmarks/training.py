@@ -1,11 +1,11 @@
-"""Learns the speed model of dead reckoning from walks with taps, also as phones that are carried otherwise record them.
+"""Learns the speed model of dead reckoning from walks with taps, also with simulated ways of carrying the phone.
 
-Each leg between two taps tells its windows' speeds.
+Each leg between two taps gives the speed of its windows.
 
     python benchmarks/training.py site1/F1 src/vislam2tag/estimation/dead_reckoning/speed_model.json
 
-The folder is a floor of the Indoor Location Competition 2.0 (MIT licence; ../shared/data/ilc20/site1-F1.tar.xz); what
-was learned from is written beside the coefficients.
+The folder is a floor of the Indoor Location Competition 2.0 (MIT licence; ../shared/data/ilc20/site1-F1.tar.xz). The
+training data are recorded with the coefficients.
 """
 
 from __future__ import annotations

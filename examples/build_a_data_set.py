@@ -12,7 +12,7 @@ from vislam2tag.api import build_dataset, regular_survey, simulate
 
 
 def main() -> None:
-    """Print the median error of positions told from the strengths of three similar fingerprints."""
+    """Print the median error of positions from the signal strengths of three similar fingerprints."""
     with tempfile.TemporaryDirectory() as folder:
         simulate(regular_survey(seed=5, floors=(0,), sessions=2, duration_s=150.0), Path(folder) / "survey")
         dataset = build_dataset(Path(folder) / "survey", Path(folder) / "set", jobs=2)

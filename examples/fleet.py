@@ -1,6 +1,6 @@
-"""Two surveys in object storage, mapped by a Dask cluster of two processes, and asked about with Polars.
+"""Map two surveys in object storage on a Dask cluster of two processes, and query the results with Polars.
 
-Storage is moto's server of this process: with a bucket of yours, leave that out and set the credentials of your own.
+The storage is moto's server in this process. For your own bucket, remove it and set your credentials.
 """
 
 from __future__ import annotations

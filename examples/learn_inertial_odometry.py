@@ -1,4 +1,4 @@
-"""Learn how far somebody walks in a second from accelerometer and gyroscope alone, and walk on by it."""
+"""Learn the distance walked in a second from accelerometer and gyroscope, and integrate it to a path."""
 
 from __future__ import annotations
 

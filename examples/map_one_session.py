@@ -1,4 +1,4 @@
-"""Read one session and map it with each strategy, without writing anything: the pieces by hand."""
+"""Read one session and map it with each strategy, without writing files."""
 
 from __future__ import annotations
 

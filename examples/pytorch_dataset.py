@@ -15,7 +15,7 @@ NOT_HEARD_DBM = -100.0
 
 
 def tensors_of(made: Dataset, scan_ids: set[str]) -> TensorDataset:
-    """Signal strengths (n, access points) as shares of the loudest, and places (n, 2) in metres, of these scans."""
+    """Signal strengths (n, access points) as shares of the strongest, and places (n, 2) in metres, of these scans."""
     scans = made.fingerprints.filter(technology="wifi", status="ok").collect()
     heard = made.readings.collect().pivot("bssid", index="scan_id", values="rssi_dbm", aggregate_function="mean")
     table = scans.join(heard, on="scan_id", maintain_order="left").fill_null(NOT_HEARD_DBM)

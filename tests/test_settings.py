@@ -48,13 +48,13 @@ def test_a_file_gives_some_settings_and_the_others_keep_their_defaults(tmp_path:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("[labels]\nmax_sgima_m = 1", "labels.max_sgima_m: no such setting; the nearest is labels.max_sigma_m"),
-        ("[lables]\nmax_sigma_m = 1", "lables: no such setting; the nearest is labels"),
-        ("visit_radius_m = 1", "visit_radius_m: no such setting; the nearest is mapping.visit_radius_m"),
+        ("[labels]\nmax_sgima_m = 1", "labels.max_sgima_m: no such setting; the closest name is labels.max_sigma_m"),
+        ("[lables]\nmax_sigma_m = 1", "lables: no such setting; the closest name is labels"),
+        ("visit_radius_m = 1", "visit_radius_m: no such setting; the closest name is mapping.visit_radius_m"),
         ("[mapping]\nvisit_radius_m = -1", "mapping.visit_radius_m: -1: Input should be greater than 0"),
         ("[labels]\nrule = 'best'", "labels.rule: best: Input should be 'interpolate' or 'next-frame'"),
-        ("[mapping.heights]\ncarried_m = 3.0", "mapping.heights: carried_m must lie within carried_range_m"),
-        ("[labels", "not a TOML file"),
+        ("[mapping.heights]\ncarried_m = 3.0", "mapping.heights: carried_m must be within carried_range_m"),
+        ("[labels", "not a valid TOML file"),
     ],
 )
 def test_what_a_file_may_not_say(tmp_path: Path, text: str, said: str) -> None:
@@ -66,7 +66,7 @@ def test_what_a_file_may_not_say(tmp_path: Path, text: str, said: str) -> None:
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"own\.toml: cannot be read: No such file"):
+    with pytest.raises(UsageError, match=r"own\.toml: the file cannot be read: No such file"):
         read_settings(tmp_path / "own.toml")
 
 

@@ -46,13 +46,13 @@ export function cellDensity(_, arrays) {
     });
 }
 
-/** How many thresholds each access point of a centre exceeds, as `steps` has it. */
+/** The number of thresholds that each access point of a centre exceeds, from `steps`. */
 function stepsOf(above, count) {
   const columns = Array.from({ length: above.length / count }, (_, column) => column);
   return { columns, values: columns.map((column) => sum(above.subarray(column * count, (column + 1) * count))) };
 }
 
-/** How far the most similar scans' places lie from the answer, and how unlike all of them the scan is. */
+/** Mean distance of the most similar scans' places from the answer, and the novelty of the scan. */
 function compared(cosines, [x, y], { centre_xy: xy, centre_apart: apart }) {
   const distance = cosines.map((cosine) => Math.sqrt(Math.max(2 - 2 * cosine, 0)));
   const nearest = [...distance.keys()].sort((i, j) => distance[i] + TIE * i - (distance[j] + TIE * j)).slice(0, PLACED);
@@ -63,7 +63,7 @@ function compared(cosines, [x, y], { centre_xy: xy, centre_apart: apart }) {
   return { dispersal, novelty: excess * unlike };
 }
 
-/** The mean place on a storey by the likelihood of levels; where it has no cell, on all. */
+/** The mean place on a storey by the likelihood of levels; if the storey has no cell, on all storeys. */
 function fieldPlace({ columns, dbm }, storey, arrays) {
   const { field_storey: on, field_level_dbm: expected, field_variance: variance } = arrays;
   const some = on.data.includes(storey);
@@ -82,7 +82,7 @@ function fieldPlace({ columns, dbm }, storey, arrays) {
   return mean(softmax(logs), rows(arrays.field_centre_m));
 }
 
-/** Circles that grow with how far guesses lie apart and with what is new about a scan. */
+/** Circles that grow with the spread of guesses and with the novelty of a scan. */
 function radii(spread, novelty, [base, factor68, by68, factor95, by95, mostNovel]) {
   const scale = Math.max(Math.hypot(base, spread), SMALLEST_SCALE_M);
   const fresh = Math.min(novelty, mostNovel);

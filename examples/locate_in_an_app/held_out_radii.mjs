@@ -1,4 +1,4 @@
-// The circles of `local-kriging`: the mixture of what it erred on scans left out in several ways.
+// The circles of `local-kriging`: a mixture of the errors on scans left out in several ways.
 
 import { row, rows } from "./model_file.mjs";
 import { sum } from "./scans.mjs";
@@ -39,7 +39,7 @@ function linear(line, features) {
   return line[0] + sum(features.map((value, f) => value * line[f + 1]));
 }
 
-/** How probable each way is for each scan, by logarithms of likelihoods; the scans of a walk (an empty one: alone) tell it together. */
+/** The probability of each way for each scan, from logarithms of likelihoods. Scans of a walk share their evidence; scans with an empty walk are alone. */
 function sharesOfWays(logs, walks, learned) {
   const members = new Map();
   walks.forEach((walk, at) => members.set(walk || at, [...(members.get(walk || at) ?? []), at]));
@@ -63,7 +63,7 @@ function meanLikely(logs) {
   return most + Math.log(sum(logs.map((log) => Math.exp(log - most))) / logs.length);
 }
 
-/** How probable each way of one kind is for each scan of a walk. */
+/** The probability of each way of one kind for each scan of a walk. */
 function mixture(logs, ways) {
   const likelihoods = logs.map((one) => one.map((log) => Math.exp(log - Math.max(...one))));
   let ofWalk = Array(ways).fill(1 / ways);
@@ -78,7 +78,7 @@ function mixture(logs, ways) {
   return shares;
 }
 
-/** What the logarithm of the error is below with a probability, found by halving between the ways' own. */
+/** The quantile of the logarithm of the error, found by bisection between those of the ways. */
 function mixtureQuantile(shares, at, beyond, wanted) {
   const own = at.map((one, way) => one + interpolated(wanted, LEVELS, beyond[way]));
   let [least, greatest] = [Math.min(...own), Math.max(...own)];
@@ -97,7 +97,7 @@ function probability(value, quantiles) {
   return interpolated(value, quantiles, LEVELS);
 }
 
-/** Values at points `from` (ascending) taken linearly to `to`; of equal points the last. */
+/** Values at points `from` (ascending), interpolated linearly to `to`; in a tie the last one counts. */
 function interpolated(value, from, to) {
   let at = 0;
   while (at + 1 < from.length && from[at + 1] <= value) at++;

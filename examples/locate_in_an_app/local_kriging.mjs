@@ -1,4 +1,4 @@
-// `local-kriging`: the nearest learned scans, each with what it says that the others do not.
+// `local-kriging`: the nearest learned scans, weighted by kriging.
 
 import { nearestOf } from "./neighbours.mjs";
 import { common, direction, learnedScans, positive, regressedShares, stepCosine, steps, sum } from "./scans.mjs";
@@ -34,7 +34,7 @@ export function localKriging({ storeys, parameters }, arrays) {
   };
 }
 
-/** What the error follows: how far votes lie apart, how torn the storey, how unlike the scan is. */
+/** Features of the error: spread of the votes, ambiguity of the storey, novelty of the scan. */
 function features({ spread, torn }, away) {
   const unlike = [1, 10, away.length].map((count) => {
     const some = away.slice(0, count);
@@ -43,7 +43,7 @@ function features({ spread, torn }, away) {
   return [Math.log(Math.max(spread, LEAST_SPREAD_M)), torn, ...unlike];
 }
 
-/** Ordinary kriging: weights that sum to 1 (but for negative ones), less for scans that say the same, most for the same scan. */
+/** Ordinary kriging: weights with sum 1 (before negative ones are removed); repeated scans count less, an equal scan most. */
 function krigingWeights(own, near, away) {
   const kernel = (one, other) => Math.exp(2 * (common(one, other) - 1));
   const among = near.map((one, i) => near.map((other, j) => kernel(one, other) + (i === j ? RIDGE : 0)));
@@ -81,7 +81,7 @@ function solved(factor, right) {
   return x;
 }
 
-/** A function from a scan and its direction to shares of storeys, by a regression that some learned scans span. */
+/** Returns a function from a scan and its direction to shares of storeys, by a regression that some learned scans span. */
 function storeyRegression(scans, { storey_centre: centre, storey_weight: weight, storey_mean: mean }) {
   const centres = Array.from(centre.data, (at) => scans[at]);
   const heard = centres.flatMap((scan) => Array.from(scan.dbm, positive)).filter((level) => level > 0);

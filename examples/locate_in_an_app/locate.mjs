@@ -1,8 +1,8 @@
-// Where scans were taken, by a model's file alone: what an app embeds. In a browser, or by Node:
+// Estimates where scans were taken, from a model's file alone, for use in an app. In a browser, or with Node:
 //
 //     node locate.mjs building.v2t scans.json > positions.json
 //
-// Question and answer are those of `vislam2tag locate --serve` (docs/reference/model-files.md).
+// Requests and answers are those of `vislam2tag locate --serve` (docs/reference/model-files.md).
 
 import { cellDensity } from "./cell_density.mjs";
 import { localKriging } from "./local_kriging.mjs";
@@ -11,7 +11,7 @@ import { neighbours } from "./neighbours.mjs";
 import { multiCel, regressionNet } from "./networks.mjs";
 import { sum } from "./scans.mjs";
 
-/** From a header and arrays to a function from scans that hear something known to answers. */
+/** From a header and arrays to a function from scans with known access points to answers. */
 const MODELS = {
   "cell-density": cellDensity,
   "local-kriging": localKriging,
@@ -20,12 +20,12 @@ const MODELS = {
   "weighted-knn": neighbours,
 };
 
-/** Models of version 0.2 that were removed, and what to do instead. */
+/** Removed models of version 0.2, and their replacements. */
 const REMOVED = {
   knn: "use weighted-knn",
   probabilistic: "use weighted-knn",
   "extra-trees": "use weighted-knn",
-  combined: "train without --model, which takes the best one",
+  combined: "train without --model, which chooses the best model",
   "cell-density-networks": "use cell-density",
 };
 
@@ -68,7 +68,7 @@ function columnsByName(accessPoints) {
   return new Map([...lower, ...accessPoints.map((name, column) => [name, column])]);
 }
 
-/** What a scan heard of the known access points, by column; of several readings of one the mean. */
+/** Levels of the known access points in a scan, by column; several readings of one are averaged. */
 function heardBy({ readings, session = "" }, known) {
   const levels = new Map();
   for (const [name, dbm] of Object.entries(readings)) {

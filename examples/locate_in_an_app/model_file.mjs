@@ -1,4 +1,4 @@
-// The file that `vislam2tag train` writes: safetensors, whose one entry of metadata is the model's header as JSON.
+// The file that `vislam2tag train` writes: safetensors, with the model's header as JSON in its only metadata entry.
 
 const NEWEST_FORMAT = 1;
 const KINDS = { F64: Float64Array, F32: Float32Array, I64: BigInt64Array, I32: Int32Array, BOOL: Uint8Array };

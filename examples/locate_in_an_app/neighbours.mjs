@@ -15,7 +15,7 @@ const DISTANCE = {
   cosine: (one, other, both) => 1 - (one * other > 0 ? both / Math.sqrt(one * other) : 0),
 };
 
-/** A function from a scan to its k nearest of the learned ones: `{index, away}`, the nearest first. */
+/** Returns a function from a scan to its k nearest learned ones: `{index, away}`, the nearest first. */
 export function nearestOf(scans, k, distance, levelOf) {
   const [sizeOf, shared] =
     distance === "sorensen" ? [(value) => value, Math.min] : [(value) => value * value, (one, other) => one * other];

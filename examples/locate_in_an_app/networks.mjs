@@ -1,4 +1,4 @@
-// `multi-cel` and `regression-net`: dense layers, and what is made of their outputs.
+// `multi-cel` and `regression-net`: dense layers and the decoding of their outputs.
 
 import { rows } from "./model_file.mjs";
 import { largest, sum } from "./scans.mjs";
@@ -15,7 +15,7 @@ export function softmax(logs) {
 
 const relu = (values) => values.map((value) => Math.max(value, 0));
 
-/** What layers make of inputs, each `weight (outputs, inputs) @ inputs + bias`, with ReLU between them. */
+/** Outputs of layers, each `weight (outputs, inputs) @ inputs + bias`, with ReLU between them. */
 function dense(layers, inputs) {
   return layers.reduce((hidden, { weight, bias }, at) => {
     const values = rows(weight).map((line, o) => line.reduce((total, one, i) => total + one * hidden[i], bias[o]));
@@ -23,7 +23,7 @@ function dense(layers, inputs) {
   }, inputs);
 }
 
-/** The layers whose names begin so, in order. */
+/** The layers with this prefix, in order. */
 function layersOf(arrays, name) {
   const found = Object.keys(arrays).filter((key) => key.startsWith(name) && key.endsWith(".weight"));
   const number = (key) => Number(key.slice(name.length).split(".")[0]);
@@ -56,7 +56,7 @@ function network(answer) {
   };
 }
 
-/** The likeliest cell's code is the place; the floor is the cell's. */
+/** The place is decoded from the most likely cell's code; the floor is that of the cell. */
 export const multiCel = network((arrays) => {
   const [backbone, classes, codes] = ["backbone", "class_head", "code_head"].map((part) =>
     layersOf(arrays, `network.${part}.`),
@@ -77,7 +77,7 @@ export const multiCel = network((arrays) => {
   };
 });
 
-/** Three numbers are x, y and the floor, further ones the building; the storey is the nearest that was taught. */
+/** Three numbers are x, y and the floor, further ones the building; the storey is the closest one in training. */
 export const regressionNet = network((arrays) => {
   const layers = layersOf(arrays, "network.");
   const { floor, taught, mean, deviation, in_building: inBuilding } = arrays;

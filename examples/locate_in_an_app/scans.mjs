@@ -1,4 +1,4 @@
-// Scans and how alike they are. A scan is {columns, dbm}: which access points it heard, ascending, and how loud.
+// Scans and their similarity. A scan is {columns, dbm}: the heard access points, ascending, and their levels.
 
 const FAINTEST_DBM = -105;
 const LEAST_LENGTH = 1e-9;
@@ -12,7 +12,7 @@ export function positive(dbm) {
   return Math.min(Math.max(dbm - FAINTEST_DBM, 0), -FAINTEST_DBM) / -FAINTEST_DBM;
 }
 
-/** The scans that a model keeps. */
+/** The scans that a model stores. */
 export function learnedScans({ start, column, rssi_dbm: dbm }) {
   return Array.from({ length: start.data.length - 1 }, (_, at) => {
     const [from, to] = [start.data[at], start.data[at + 1]];
@@ -20,7 +20,7 @@ export function learnedScans({ start, column, rssi_dbm: dbm }) {
   });
 }
 
-/** A scan's levels by column: a vector of which only what was heard is kept. */
+/** A scan's levels by column, as a sparse vector. */
 export function vector(scan, levelOf) {
   return { columns: scan.columns, values: Array.from(scan.dbm, levelOf) };
 }
@@ -32,7 +32,7 @@ export function direction(scan) {
   return { columns, values: values.map((value) => value / length) };
 }
 
-/** The sum over what both vectors hold, of `shared` of their values (their product, if none is given). */
+/** The sum, over columns in both vectors, of `shared` of their values (by default their product). */
 export function common(one, other, shared = (a, b) => a * b) {
   let total = 0;
   for (let i = 0, j = 0; i < one.columns.length && j < other.columns.length; ) {
@@ -50,7 +50,7 @@ export function along({ columns, values }, numbers) {
   return total;
 }
 
-/** How many of the thresholds each level of a scan exceeds. */
+/** The number of thresholds that each level of a scan exceeds. */
 export function steps(scan, thresholds) {
   return vector(scan, (dbm) => thresholds.filter((threshold) => positive(dbm) > threshold).length);
 }
@@ -61,7 +61,7 @@ export function stepCosine(one, other) {
   return common(one, other, Math.min) / Math.max(length, LEAST_LENGTH);
 }
 
-/** `kernel (m) @ weight (m, t) + mean (t)`, cut off below and scaled so that the sum is 1. */
+/** `kernel (m) @ weight (m, t) + mean (t)`, raised to a minimum and scaled to sum 1. */
 export function regressedShares(kernel, weight, mean, least, leastSum) {
   const scores = Array.from(mean.data);
   kernel.forEach((value, at) => {

@@ -1,4 +1,4 @@
-// Places that speak for where a scan was taken. Votes are {index, weight}: which places, and how much each counts.
+// Places that vote for the place of a scan. Votes are {index, weight}: indices of places, and their weights.
 
 import { largest, sum } from "./scans.mjs";
 
@@ -21,7 +21,7 @@ export function median(weights, places) {
   return at;
 }
 
-/** First the storey with most votes (and what `further` adds), then the `centre` of the places on it. `torn`: votes for other storeys. */
+/** First the storey with the most votes (plus `further`), then the `centre` of the places on it. `torn`: share of votes for other storeys. */
 export function voted({ index, weight }, { storey, xy, z }, storeys, centre = mean, further = null) {
   const all = sum(weight);
   const share = weight.map((one) => one / all);
@@ -42,7 +42,7 @@ export function voted({ index, weight }, { storey, xy, z }, storeys, centre = me
   return { storey: chosen, probability, x, y, z: height, spread, torn };
 }
 
-/** Circles that grow with how far the guesses lie apart. */
+/** Circles that grow with the spread of the guesses. */
 export function withRadii(answer, [base, factor68, factor95]) {
   const scale = Math.max(Math.hypot(base, answer.spread), 0.1);
   return { ...answer, radius68: factor68 * scale, radius95: factor95 * scale };

@@ -4,17 +4,16 @@
 
     summary = process("site", "labels", Settings(strategy="local"))
 
-Each command has its function here, of its own name (``import_`` for ``import``, ``site_init`` for ``site init``;
-``receive`` alone is a server and has none). Folders and files may be given as text: an ``AnyPath`` is a ``str`` or a
-``Path``.
+Each command has a function of the same name (``import_`` for ``import``, ``site_init`` for ``site init``), except
+``receive``, which is a server. Paths may be ``str`` or ``Path``: that is what ``AnyPath`` means.
 
-Lower-level pieces (readers, strategies, labels) are plain functions over frozen dataclasses and may be used alone:
-``open_survey`` and ``read_session`` read, ``strategy_named`` maps, ``label_readings`` labels. ``build_dataset`` makes a
-data set of labels, ``import_format`` one of others' files, ``open_dataset`` opens one: its tables are Polars' lazy
-frames. ``benchmark`` trains and tests positioning models on one.
+You can also use the parts alone. They are plain functions over frozen dataclasses: ``open_survey`` and ``read_session``
+read files, ``strategy_named`` returns a mapping strategy, and ``label_readings`` labels readings. ``build_dataset``
+makes a data set from labels, ``import_format`` makes one from files in another format, and ``open_dataset`` opens one.
+Its tables are lazy Polars frames. ``benchmark`` trains and tests positioning models on a data set.
 
-A name is imported when it is first used, so that a script loads only what it takes. The table lists the names of each
-module; ``api.pyi`` has their imports for type checkers.
+Each name is imported when it is first used, so a script loads only what it needs. ``api.pyi`` contains the imports for
+type checkers.
 """
 
 from __future__ import annotations
@@ -114,7 +113,7 @@ NAMES_BY_MODULE = {
     "site.settings": "SurveySettings WalkableSettings",
     "site.site_file": "GeoreferencePart SiteFile",
 }
-"""By module; ``NAME=ORIGINAL`` where a command's function has another name there."""
+"""Names by module; ``NAME=ORIGINAL`` if the function of a command has another name in its module."""
 
 _PLACES = {
     name: (f"vislam2tag.{module}", original or name)
@@ -129,7 +128,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> object:
-    """Import a public name; raises MissingExtraError where it needs an extra that is not installed."""
+    """Import a public name; raises MissingExtraError if it needs an extra that is not installed."""
     if name not in _PLACES:
         raise AttributeError(f"module 'vislam2tag.api' has no attribute '{name}'")
     module, original = _PLACES[name]

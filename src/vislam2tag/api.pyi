@@ -1,4 +1,4 @@
-"""What type checkers read for the names of ``api.py``, which imports each when it is first used."""
+"""Imports of the names in ``api.py`` for type checkers; ``api.py`` imports each name when it is first used."""
 
 from vislam2tag import __version__ as __version__
 from vislam2tag.common.errors import DatasetError as DatasetError

@@ -1,4 +1,4 @@
-"""All settings in one tree; each part is defined beside what it is for. A TOML file may give any of them."""
+"""All settings in one tree, which a TOML file may change. Each part is defined in the package that uses it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LEAST, _GREATEST = 1e-6, 1e9
 
 
 class Settings(ProcessSettings):
-    """The settings of all commands; each takes its part."""
+    """The settings of all commands. Each command uses its own part."""
 
     dataset: DatasetSettings = DatasetSettings()
     split: SplitSettings = SplitSettings()
@@ -40,7 +40,7 @@ class Settings(ProcessSettings):
 
 
 def setting_fields(record: type[FiniteRecord] = Settings, prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """All settings by their full names, such as ``labels.max_sigma_m``; parts come last, each before its fields."""
+    """Yield all settings by full name, such as ``labels.max_sigma_m``; parts come last, each before its fields."""
     parts = {name: part for name, field in record.model_fields.items() if (part := part_of(field)) is not None}
     yield from ((prefix + name, field) for name, field in record.model_fields.items() if name not in parts)
     for name, part in parts.items():
@@ -49,7 +49,7 @@ def setting_fields(record: type[FiniteRecord] = Settings, prefix: str = "") -> I
 
 
 def part_of(field: FieldInfo) -> type[FiniteRecord] | None:
-    """The class of a part of the tree; None for a setting."""
+    """Return the class of a part of the tree, or None for a setting."""
     kind = field.annotation
     return kind if isinstance(kind, type) and issubclass(kind, FiniteRecord) else None
 
@@ -57,7 +57,7 @@ def part_of(field: FieldInfo) -> type[FiniteRecord] | None:
 def removed_settings(
     given: Mapping[str, object], record: type[FiniteRecord] = Settings, prefix: str = ""
 ) -> Iterator[str]:
-    """Full names of what a file gives that was a setting once, or a part of the tree."""
+    """Yield the full names of settings in ``given`` that earlier versions had, and this one does not."""
     for name, value in given.items():
         if issubclass(record, SettingsRecord) and name in record.removed:
             yield prefix + name
@@ -67,22 +67,22 @@ def removed_settings(
                 yield from removed_settings(value, part, f"{prefix}{name}.")
 
 
-def read_settings(path: AnyPath, tell: Callable[[str], object] | None = None) -> Settings:
-    """Read a TOML file with some settings; the others keep their defaults.
+def read_settings(path: AnyPath, warn: Callable[[str], object] | None = None) -> Settings:
+    """Read a TOML file of settings. Settings that are not in the file keep their defaults.
 
-    What the file has of settings that are constants now is not used; that goes to ``tell``, in one sentence.
+    Settings that were removed are ignored; ``warn`` gets one sentence that names them.
 
-    Raises UsageError, naming file and setting, for what cannot be read or used; of an unknown one the nearest known.
+    Raises UsageError with the file and the setting if the file cannot be read or a value is wrong.
     """
     path = Path(path)
     try:
         given = read_toml_values(path)
     except OSError as error:
-        raise UsageError(f"--config {path}: cannot be read: {error.strerror}") from error
+        raise UsageError(f"--config {path}: the file cannot be read: {error.strerror}") from error
     except ValueError as error:
-        raise UsageError(f"--config {path}: not a TOML file: {error}; correct it") from error
-    if tell is not None and (names := list(removed_settings(given))):
-        tell(f"{path}: {', '.join(names)}: no longer a setting but a constant; the value is not used")
+        raise UsageError(f"--config {path}: not a valid TOML file: {error}; correct it") from error
+    if warn is not None and (names := list(removed_settings(given))):
+        warn(f"{path}: {', '.join(names)}: these settings were removed; their values are ignored")
     try:
         return Settings.model_validate(given)
     except ValidationError as error:
@@ -91,7 +91,7 @@ def read_settings(path: AnyPath, tell: Callable[[str], object] | None = None) ->
 
 
 def with_values(settings: Settings, values: Mapping[str, object]) -> Settings:
-    """Replace settings by full name; raises ValidationError for a value that cannot be used."""
+    """Return a copy with other values, by full name; raises ValidationError if a value is invalid."""
     tree = settings.model_dump()
     for name, value in values.items():
         *parts, last = name.split(".")
@@ -103,9 +103,9 @@ def with_values(settings: Settings, values: Mapping[str, object]) -> Settings:
 
 
 def extreme_setting(settings: Settings) -> tuple[str, float] | None:
-    """The first setting, with its value, that is greater or smaller than any that could be meant; None without any.
+    """Return the first setting that is too large or too small to make sense, with its value, or None.
 
-    Of a grid of such cells or a window of such length nothing can be counted. Infinite is what a setting allows.
+    Infinite values are accepted if the setting allows them.
     """
     for name, field in setting_fields():
         if part_of(field) is None:
@@ -116,12 +116,12 @@ def extreme_setting(settings: Settings) -> tuple[str, float] | None:
 
 
 def wrong_setting(error: ValidationError) -> tuple[str, str]:
-    """Full name of the first setting that is wrong, and why."""
+    """Return the full name of the first wrong setting, and the reason."""
     problem = error.errors()[0]
     name = ".".join(map(str, problem["loc"]))
     if problem["type"] == "extra_forbidden":
         nearest = get_close_matches(name, [known for known, _ in setting_fields()], 1, 0.0)[0]
-        return name, f"no such setting; the nearest is {nearest} (docs/reference/settings.md has all)"
+        return name, f"no such setting; the closest name is {nearest} (docs/reference/settings.md lists all)"
     if problem["type"] == "value_error":  # about several fields together
         return name, problem["msg"].removeprefix("Value error, ")
     return name, f"{problem['input']}: {problem['msg']}"

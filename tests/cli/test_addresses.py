@@ -193,7 +193,7 @@ def test_what_no_command_of_ours_wrote_is_not_replaced(folders: Folders) -> None
             ("train", f"{BUCKET}/nothing", "--model", "weighted-knn", "--out", "x"),
             f"{BUCKET}/nothing: nothing is stored there",
         ),
-        (("train", f"{BUCKET}/labels", "--model", "weighted-knn", "--out", "x"), f"{BUCKET}/labels: is no data set"),
+        (("train", f"{BUCKET}/labels", "--model", "weighted-knn", "--out", "x"), f"{BUCKET}/labels: not a data set"),
     ],
 )
 def test_addresses_that_cannot_be_used_are_told(folders: Folders, arguments: tuple[str, ...], said: str) -> None:

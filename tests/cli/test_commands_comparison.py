@@ -33,7 +33,14 @@ def test_splits_are_listed_with_their_leakage(folder: Path) -> None:
     before = bytes_of(folder)
     done = vislam2tag("split", folder)
     assert done.returncode == 0, done.stderr
-    for text in ("3.0  3.0", "test_4", "12", "4 of 4", "random: half of the test fingerprints", "floor: no test"):
+    for text in (
+        "3.0  3.0",
+        "test_4",
+        "12",
+        "4 of 4",
+        "random: half of the test fingerprints",
+        "floor: no floor of the test",
+    ):
         assert text in done.stdout
     assert bytes_of(folder) == before
 
@@ -67,7 +74,7 @@ def test_kinds_that_the_data_cannot_give(tmp_path: Path) -> None:
     findings = split_findings(one)
     told = replace(one, info=one.info.model_copy(update={"findings": findings}), splits=standard_splits(one))
     write_dataset(told, tmp_path / "set")
-    assert "split by device: there is only one device; it is left out" in vislam2tag("split", tmp_path / "set").stdout
+    assert "split by device: there is only one device; it is skipped" in vislam2tag("split", tmp_path / "set").stdout
     assert "--by device: there is only one device" in the_error(vislam2tag("split", tmp_path / "set", "--by", "device"))
     write_dataset(one, tmp_path / "none")
     assert "the data set has no split; make one with --by" in vislam2tag("split", tmp_path / "none").stdout
@@ -158,7 +165,10 @@ def test_a_survey_of_another_building_is_doubted(tmp_path: Path) -> None:
     write_dataset(surveyed(Survey("later", places=others)), tmp_path / "later")
     done = vislam2tag("join", tmp_path / "base", tmp_path / "later", "--out", tmp_path / "joined")
     assert done.returncode == 0
-    assert "most_changed: wifi: of 48 access points 48 changed; is the later survey of the same building" in done.stdout
+    assert (
+        "most_changed: wifi: 48 of 48 access points changed. Check that the later survey is of the same building"
+        in done.stdout
+    )
 
 
 def test_surveys_that_cannot_be_joined(tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ def test_maps_are_written_and_told(dataset: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--ap", "00:00"), "--ap 00:00: is no access point of this data set"),
+        (("--ap", "00:00"), "--ap 00:00: no such access point in this data set"),
         (("--cell", "1"), "--cell 1: expected a length above zero with a unit, such as 1m or 50cm"),
         (("--cell", "1mm"), "--cell 1mm: expected a length"),
         (("--reach", "0m"), "--reach 0m: expected a length"),

@@ -33,7 +33,7 @@ def test_a_summary(tmp_path: Path) -> None:
         "access points: 2",
         "floors: 2 (0, 1)",
         "devices: 2 (HTC One, LG)",
-        "height_off_floor 1: Training_coordinates_21Aug17.csv:1: heights are no multiple of 3.7 m",
+        "height_off_floor 1: Training_coordinates_21Aug17.csv:1: heights are not multiples of 3.7 m",
     ):
         assert line in done.stdout
     assert open_dataset(tmp_path / "set").info.name == "tampere"
@@ -106,7 +106,7 @@ def test_a_split_and_what_is_left_out(dataset: Path, tmp_path: Path) -> None:
     lines = done.stdout.splitlines()
     assert lines[0] == f"{tmp_path / 'out'}: uji, 6 files"
     assert "unlabelled_left_out 4: fingerprints without a position" in done.stdout
-    assert "columns left out of readings: frequency_mhz, time_ns, floor, x, y, sigma (" in done.stdout
+    assert "columns of readings are skipped: frequency_mhz, time_ns, floor, x, y, sigma (" in done.stdout
     assert " readings have them)" in done.stdout
     assert (tmp_path / "out" / "validationData.csv").is_file()
     assert (tmp_path / "out" / "export.json").is_file()

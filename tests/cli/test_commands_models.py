@@ -101,7 +101,7 @@ def test_positions_go_to_a_file_in_the_form_of_its_name(place: Path, tmp_path: P
 
 def test_faults_are_one_line_and_leave_nothing(place: Path, tmp_path: Path) -> None:
     model, scans, out = place / "model.v2t", place / "scans.csv", tmp_path / "out.csv"
-    assert "is no model, or damaged" in the_error(vislam2tag("locate", scans, scans, "--out", out))
+    assert "not a model file, or damaged" in the_error(vislam2tag("locate", scans, scans, "--out", out))
     before = scans.read_bytes()
     assert "would overwrite an input" in the_error(vislam2tag("locate", model, scans, "--out", scans))
     assert scans.read_bytes() == before

@@ -77,8 +77,8 @@ def test_a_file_of_settings_is_resolved_beside_the_labels(survey: Path, tmp_path
     assert told == Settings(strategy="local", labels=LabelSettings(max_sigma_m=0.4, max_gap_s=2.0)).of_labels()
     file.write_text("[labels]\nmax_sigma = 0.3\n")
     assert the_error(vislam2tag(*arguments)) == (
-        f"error: --config {file}: labels.max_sigma: no such setting; the nearest is labels.max_sigma_m "
-        "(docs/reference/settings.md has all)"
+        f"error: --config {file}: labels.max_sigma: no such setting; the closest name is labels.max_sigma_m "
+        "(docs/reference/settings.md lists all)"
     )
 
 

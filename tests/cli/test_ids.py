@@ -65,7 +65,7 @@ def test_ids_shifted_by_one_are_named(clean: Path, tmp_path: Path, by: int) -> N
     ("name", "pattern"),
     [
         (lambda number: f"LM{number:02d}", "other prefix or suffix"),
-        (lambda number: f"{chr(96 + number)}x", "no single pattern maps one to the other"),
+        (lambda number: f"{chr(96 + number)}x", "no simple pattern maps one set to the other"),
     ],
 )
 def test_ids_of_another_kind_are_named(clean: Path, tmp_path: Path, name: Callable[[int], str], pattern: str) -> None:

@@ -101,7 +101,7 @@ def test_a_peak_at_the_edge_is_asked_for(tmp_path: Path) -> None:
         rows += f"{','.join(map(str, levels))},{n},1,0,0,0,0,1,1,{1380000000 + n}\n"
     (tmp_path / "trainingData.csv").write_text(head + rows)
     error = the_error(vislam2tag("import", tmp_path / "trainingData.csv", "--out", tmp_path / "set"))
-    assert "25 % of the levels are -90 (the next level is -89): does it stand for 'not heard'" in error
+    assert "25 % of the levels are -90 (the next level is -89). If it means 'not heard'" in error
     assert "--not-heard -90" in error
     assert not (tmp_path / "set").exists()
 
@@ -126,13 +126,16 @@ def test_every_notation_is_located_alike(place: Path, tmp_path: Path) -> None:
 def test_levels_and_masks_that_locate_leaves_out(place: Path, tmp_path: Path) -> None:
     rows = [("a", bssid(0, number), level) for number, level in enumerate((65, 70, 59))]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "sign.csv", [*rows, ("a", bssid(0, 3), -60)]))
-    assert "lost_sign: 3 (lines 2, 3, 4): most levels of the file are positive: the sign was lost" in done.stderr
+    assert (
+        "lost_sign: 3 (lines 2, 3, 4): most levels of the file are positive, so the minus sign is missing"
+        in done.stderr
+    )
     odd = [("a", "02:00:00:00:00:00", -50), ("a", "", -50), ("a", bssid(0, 1), -127), ("a", bssid(0, 2), 127)]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "odd.csv", odd))
     assert "masked_addresses: 2 (lines 2, 3)" in done.stderr
     assert "absurd_levels: 2 (lines 4, 5)" in done.stderr
     assert CURE in done.stderr
-    assert "02:00:00:00:00:00, an empty field are no addresses; these rows are left out" in done.stderr.replace(
+    assert "02:00:00:00:00:00, an empty field are not addresses; these rows are skipped" in done.stderr.replace(
         "an empty field, 02:00:00:00:00:00", "02:00:00:00:00:00, an empty field"
     )
 

@@ -157,7 +157,7 @@ def test_sessions_of_the_labelled_layout_are_its_folders(tmp_path: Path) -> None
 
 def test_a_folder_with_nothing_to_compare_is_refused(tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text('{"program": "something else"}')
-    with pytest.raises(UsageError, match="holds nothing to compare; give data sets"):
+    with pytest.raises(UsageError, match="contains nothing to compare; pass data sets"):
         comparable(tmp_path)
 
 
@@ -243,7 +243,7 @@ def test_different_kinds_are_not_compared(base: Path, tmp_path: Path) -> None:
     walk = tmp_path / "labelled" / "walk"
     walk.mkdir(parents=True)
     (walk / "wifi_annotated.csv").write_text("id,time,type,ssid,mac,rss,x_coord,y_coord\n")
-    with pytest.raises(UsageError, match=r"of the kind data set, .* of the kind annotated files"):
+    with pytest.raises(UsageError, match=r"contains data set, .* contains annotated files"):
         compare(base, tmp_path / "labelled", 0.01)
 
 

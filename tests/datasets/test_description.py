@@ -18,20 +18,20 @@ from vislam2tag.site.georeference import Georeference
 BARE = DatasetInfo(name="bare", floors=(FloorInfo(number=1), FloorInfo(number=2, building="annex")))
 WRONG = [
     ('title = ""', "title: "),
-    ('licence = "CC-BY-5"', "licence: 'CC-BY-5' is no SPDX licence"),
-    ('doi = "11.1/x"', "doi: '11.1/x' is no DOI"),
+    ('licence = "CC-BY-5"', "licence: 'CC-BY-5' is not an SPDX licence"),
+    ('doi = "11.1/x"', "doi: '11.1/x' is not a DOI"),
     ('contact = "me"', "contact: 'me' is neither"),
     ('published = "spring"', "published: "),
     ('[[creators]]\nname = "A"\n[[creators]]\nname = "B"\norcid = "0000-0002-1825-0098"', "creators[2].orcid: "),
     ('[[creators]]\nnames = "A"', "creators[1]"),
     (
         '[[creators]]\nname = "A"\nmail = "x"',
-        "creators[1].mail: is no field of a data set's description; there are: name",
+        "creators[1].mail: no such field in a data set's description; fields are: name",
     ),
-    ('[[related]]\nidentifier = "here"\nrelation = "Cites"', "related[1].identifier: 'here' is no DOI"),
+    ('[[related]]\nidentifier = "here"\nrelation = "Cites"', "related[1].identifier: 'here' is not a DOI"),
     ('[[related]]\nidentifier = "arXiv:1"\nrelation = "Likes"', "related[1].relation: "),
-    ('license = "MIT"', "license: is no field of a data set's description; there are: title"),
-    ("title", "is no TOML file"),
+    ('license = "MIT"', "license: no such field in a data set's description; fields are: title"),
+    ("title", "not a valid TOML file"),
     ("[[floors]]\nnumber = 1\nlatitude_deg = 95\nlongitude_deg = 6", "floors[1].latitude_deg: "),
 ]
 
@@ -64,7 +64,7 @@ def test_a_floor_gets_its_place_on_earth_and_keeps_it(tmp_path: Path) -> None:
     assert info.floors[0].georeference is None
     assert info.floors[1].georeference == Georeference(latitude_deg=50.5, longitude_deg=6.0, bearing_deg=12.5)
     assert read(description_text(info), tmp_path).floors == info.floors
-    with pytest.raises(DatasetError, match=r"floors: the set has no floor 2; there are: 1, annex 2"):
+    with pytest.raises(DatasetError, match=r"floors: the data set has no floor 2; its floors: 1, annex 2"):
         read(floor.replace('building = "annex"\n', ""), tmp_path)
 
 

@@ -112,7 +112,7 @@ def test_another_command_replaces_only_when_told(tmp_path: Path) -> None:
     write_dataset(small_dataset(), target)
     write_as(target, "import")
     write_as(target, "import")
-    with pytest.raises(OutputError, match="set: holds what `vislam2tag import` wrote; give --replace"):
+    with pytest.raises(OutputError, match="set: contains the output of `vislam2tag import`; pass --replace"):
         write_as(target, "join")
     assert open_dataset(target).info.made_by == "import"
     write_as(target, "join", replace=True)
@@ -126,10 +126,10 @@ def test_labels_are_replaced_only_when_told_and_a_survey_never(tmp_path: Path) -
     target.mkdir()
     (target / "run.json").write_text('{"program": "vislam2tag"}')
     (target / OWN_FILES).write_text(OwnFiles.of(["run.json"]).text())
-    with pytest.raises(OutputError, match="holds what `vislam2tag process` wrote; give --replace"):
+    with pytest.raises(OutputError, match="contains the output of `vislam2tag process`; pass --replace"):
         write_as(target, "dataset")
     (target / "floor_1" / "LG" / "first").mkdir(parents=True)
-    with pytest.raises(OutputError, match="holds folders of a survey"):
+    with pytest.raises(OutputError, match="contains the floor folders of a survey"):
         write_as(target, "dataset", replace=True)
     shutil.rmtree(target / "floor_1")
     write_as(target, "dataset", replace=True)
@@ -186,7 +186,7 @@ def with_plan(root: Path, plan: str) -> None:
         (lambda root: (root / MANIFEST).write_text("[" * 100_000), "is damaged"),
         (lambda root: (root / "readings.parquet").unlink(), "cannot be read"),
         (lambda root: accounted(root, "readings.parquet", pl.DataFrame({"scan_id": ["a"]})), "column bssid"),
-        (lambda root: with_plan(root, "../../secret.png"), "lies outside the data set"),
+        (lambda root: with_plan(root, "../../secret.png"), "is outside the data set"),
         (lambda root: (root / "splits" / "thirds.json").write_text("no"), "make the split again"),
     ],
 )
@@ -201,7 +201,7 @@ def test_a_damaged_set_is_told(tmp_path: Path, damage: object, said: str) -> Non
 
 def test_no_set(tmp_path: Path) -> None:
     assert not is_dataset(tmp_path)
-    with pytest.raises(DatasetError, match="is no data set"):
+    with pytest.raises(DatasetError, match="not a data set"):
         open_dataset(tmp_path)
 
 
@@ -210,5 +210,7 @@ def test_no_set(tmp_path: Path) -> None:
 def test_places_that_are_none_on_earth_are_refused(tmp_path: Path, place: float, name: str) -> None:
     dataset = small_dataset()
     rows = dataset.tables[name].with_columns(x=pl.when(pl.int_range(pl.len()) == 3).then(place).otherwise("x"))
-    with pytest.raises(DatasetError, match=rf"{name}\.parquet: holds places beyond 1e\+08 m, or of no number"):
+    with pytest.raises(
+        DatasetError, match=rf"{name}\.parquet: contains positions beyond 1e\+08 m, or that are not finite"
+    ):
         write_dataset(replace(dataset, tables={**dataset.tables, name: rows}), tmp_path / "ds")

@@ -48,9 +48,9 @@ def test_formats_by_name() -> None:
     assert registry.export_named("c").source == "labels"
     assert registry.export_named("a").takes == {"split"}
     assert registry.export_named("a").holds == {"fingerprints": {"x"}}
-    with pytest.raises(UsageError, match=r"'c' can be read; there are: a, b"):
+    with pytest.raises(UsageError, match=r"'c' can be read; formats are: a, b"):
         registry.import_named("c")
-    with pytest.raises(UsageError, match=r"'b' can be written; there are: a, c"):
+    with pytest.raises(UsageError, match=r"'b' can be written; formats are: a, c"):
         registry.export_named("b")
 
 
@@ -59,7 +59,7 @@ def test_formats_by_content(tmp_path: Path) -> None:
     for name in ("a", "ab", "x"):
         (tmp_path / f"{name}.csv").touch()
     assert registry.import_format_of(tmp_path / "a.csv").name == "a"
-    for name, said in (("ab", "may be a or b"), ("x", r"none of the formats known \(a, b\)"), ("y", "no such file")):
+    for name, said in (("ab", "may be a or b"), ("x", r"not in a known format \(a, b\)"), ("y", "no such file")):
         with pytest.raises(DatasetError, match=said):
             registry.import_format_of(tmp_path / f"{name}.csv")
 
@@ -67,6 +67,6 @@ def test_formats_by_content(tmp_path: Path) -> None:
 def test_a_folder_of_several_archives_is_told_what_to_do(tmp_path: Path) -> None:
     for name in ("one", "two", "three", "four"):
         (tmp_path / f"{name}.zip").touch()
-    said = r"holds 4 archives \(four.zip, one.zip, three.zip, ...\); give one of them, or unpack those"
+    said = r"contains 4 archives \(four.zip, one.zip, three.zip, ...\); pass one of them, or unpack those"
     with pytest.raises(DatasetError, match=said):
         registry.import_format_of(tmp_path)

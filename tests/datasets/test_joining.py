@@ -75,7 +75,7 @@ def test_joining_a_set_with_itself_changes_nothing() -> None:
 def test_a_walk_of_one_name_with_other_rows_is_refused() -> None:
     later = small_dataset()
     louder = {**later.tables, READINGS: later.readings.with_columns(pl.col("rssi_dbm") + 1)}
-    with pytest.raises(DatasetError, match=r"session floor_0.Galaxy.walk is in both with different rows"):
+    with pytest.raises(DatasetError, match=r"session floor_0.Galaxy.walk is in both data sets with different rows"):
         join_datasets(small_dataset(), replace(later, tables=louder))
 
 
@@ -84,15 +84,15 @@ def test_a_walk_of_one_name_with_other_rows_is_refused() -> None:
     [
         (with_floor(width_m=61.0), "floor 0: width_m is 60 in the base and 61 in the later survey"),
         (with_floor(elevation_m=1.0), "floor 0: elevation_m is 0 in the base and 1"),
-        (with_info(small_dataset(), clock="unix"), "clock is boot in small and unix in small: times count"),
-        (with_info(small_dataset(), frame="UTM"), "frame is .* positions mean different things"),
+        (with_info(small_dataset(), clock="unix"), "clock is boot in small and unix in small: the times have"),
+        (with_info(small_dataset(), frame="UTM"), "frame is .* the positions have different frames"),
         (with_privacy(small_dataset(), Privacy(hash_key=b"0" * 16)), "hash both with one key, or neither"),
         (
             with_info(
                 small_dataset(),
                 groupings=(small_dataset().info.groupings[0].model_copy(update={"by": "window", "window_s": 1.0}),),
             ),
-            "wifi: readings are grouped in another way in the later survey .by window.",
+            "wifi: the later survey groups readings differently .by window.",
         ),
     ],
 )

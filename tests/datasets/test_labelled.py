@@ -69,8 +69,8 @@ def test_what_a_killed_command_had_moved_aside_is_moved_back(tmp_path: Path) -> 
 def test_folders_that_are_no_output_of_process(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     assert not is_labelled(tmp_path / "empty")
-    assert "is no output folder of `vislam2tag process`" in the_error(tmp_path / "empty")
-    assert "is no output folder of `vislam2tag process`" in the_error(tmp_path / "missing")
+    assert "not an output folder of `vislam2tag process`" in the_error(tmp_path / "empty")
+    assert "not an output folder of `vislam2tag process`" in the_error(tmp_path / "missing")
     assert "vislam2tag process" in the_error(write_out(tmp_path / "check", RUN | {"program": "vislam2tag check"}))
     earlier = {key: value for key, value in RUN.items() if key != "floors"}
     assert "'floors'" in the_error(write_out(tmp_path / "earlier", earlier))
@@ -85,7 +85,7 @@ def test_a_run_that_has_not_ended_and_one_without_sessions(tmp_path: Path) -> No
         path.unlink()
     assert "no session" in the_error(out)
     (out / "summary.json").unlink()
-    assert "has not ended" in the_error(out)
+    assert "has not finished" in the_error(out)
 
 
 def test_damaged_results_and_tables(tmp_path: Path) -> None:

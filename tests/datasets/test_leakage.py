@@ -75,8 +75,8 @@ def whole(found: SplitLeakage) -> FoldLeakage:
 def test_what_each_kind_of_split_measures() -> None:
     found = {split.name: split for split in leakage(SMALL, standard_splits(SMALL))}
     assert found["random"].verdict == (
-        "half of the test fingerprints have a training one within 3.0 m, 100 % are of walks that also train: "
-        "measures interpolation along walks, not generalisation"
+        "half of the test fingerprints are within 3.0 m of a training one, 100 % are from walks that are also in the "
+        "training set: measures interpolation along walks, not generalisation"
     )
     assert found["device"].verdict.endswith("measures the same places with another phone")
     assert found["day"].verdict.endswith("measures the same places on another day")
@@ -109,7 +109,7 @@ def test_like_is_compared_with_like() -> None:
     assert [fold.test for fold in found.folds][:2] == [12, 12]
     none = with_fingerprints(dataset, keep=pl.lit(False))
     only = replace(none, tables={name: table for name, table in none.tables.items() if name != MAGNETIC})
-    assert "half of the test windows have" in found_of(only, standard_splits(only)["device"]).verdict
+    assert "half of the test windows are within" in found_of(only, standard_splits(only)["device"]).verdict
 
 
 @pytest.mark.parametrize("clock", ["none", "boot"])

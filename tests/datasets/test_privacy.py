@@ -140,7 +140,7 @@ def test_the_hash_is_the_standards() -> None:
 def test_a_hashed_set_names_its_key_and_is_not_hashed_twice() -> None:
     once = with_privacy(small_dataset(), Privacy(hash_key=KEY))
     assert once.info.bssid_key == key_name(KEY)
-    with pytest.raises(UsageError, match="hashed already"):
+    with pytest.raises(UsageError, match="already hashed"):
         with_privacy(once, Privacy(hash_key=KEY))
 
 
@@ -163,7 +163,9 @@ def test_a_key_is_read_without_the_line_end(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"", b"\n\n", b"short", b"fifteen bytes..\n"])
 def test_a_short_key_is_refused(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "key").write_bytes(content)
-    with pytest.raises(UsageError, match=rf"key: the key has {len(content.strip())} bytes, 16 are needed; make one"):
+    with pytest.raises(
+        UsageError, match=rf"key: the key has {len(content.strip())} bytes, but at least 16 are needed; make one"
+    ):
         read_key(tmp_path / "key")
 
 

@@ -195,12 +195,12 @@ def test_networks_that_opted_out_are_mapped_only_by_name() -> None:
 
 
 def test_an_unknown_access_point_is_told() -> None:
-    with pytest.raises(UsageError, match="--ap 00:00: is no access point of this data set"):
+    with pytest.raises(UsageError, match="--ap 00:00: no such access point in this data set"):
         list(mapping.radio_maps(small_dataset(), SETTINGS, ("00:00",)))
 
 
 def test_without_a_label_there_is_nothing_to_map() -> None:
-    with pytest.raises(DatasetError, match=r"small: no access point has 10 readings .* \(the most is 0\)"):
+    with pytest.raises(DatasetError, match=r"small: no access point has 10 readings .* \(at most 0\)"):
         list(mapping.radio_maps(small_dataset(unlabelled=12), SETTINGS))
 
 

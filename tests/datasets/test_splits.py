@@ -168,7 +168,7 @@ def test_trajectories_are_whole_and_each_floor_is_spread_over_the_folds() -> Non
 
 
 def test_a_guard_of_many_blocks_is_refused_before_it_looks_at_each() -> None:
-    with pytest.raises(UsageError, match="reaches over more than 20 blocks of 9 m; choose larger"):
+    with pytest.raises(UsageError, match="is wider than 20 blocks of 9 m; choose larger"):
         splits.make_split(SMALL, SplitKind.BLOCK, SplitSettings(block_m=9.0, guard_m=1e6))
 
 

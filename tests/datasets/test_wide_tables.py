@@ -51,13 +51,13 @@ def test_odd_levels_and_columns_are_told_by_line(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (HEADER + "-50,100,1,LG\n-50,near,1,LG\n", "line 3, column WAP002: 'near' is no number"),
-        (HEADER + "-50,100,here,LG\n", "line 2, column x: 'here' is no number"),
+        (HEADER + "-50,100,1,LG\n-50,near,1,LG\n", "line 3, column WAP002: 'near' is not a number"),
+        (HEADER + "-50,100,here,LG\n", "line 2, column x: 'here' is not a number"),
         (HEADER + "-50,100\n", "line 2 has 2 values, expected 4"),
         (HEADER + "-50,100,1,LG,more\n", "line 2 has 5 values, expected 4"),
         ("x,phone\n1,LG\n", "line 1 names no access point"),
-        ("WAP001,WAP001,x\n1,2,3\n", "line 1 has the column WAP001 twice"),
-        (HEADER, "holds no fingerprint"),
+        ("WAP001,WAP001,x\n1,2,3\n", "the column WAP001 is twice in line 1"),
+        (HEADER, "contains no fingerprint"),
         ("", "is empty"),
         (b"PK\x03\x04\xff\xfe", "cannot be read as a table"),
     ],

@@ -38,7 +38,7 @@ OF_LABELS = {name: each for name, each in export_formats().items() if each.sourc
 def test_columns_without_a_value_are_not_missed() -> None:
     table = pl.LazyFrame({"x": [1.0, None], "user": ["", None], "sigma": [None, None], "z": [None, 2.0]})
     (finding,) = writing.left_out({"fingerprints": table}, {"fingerprints": frozenset({"x"})})
-    assert (finding.count, finding.message) == (1, "columns left out of fingerprints: z")
+    assert (finding.count, finding.message) == (1, "columns of fingerprints are skipped: z")
     assert writing.left_out({"fingerprints": table}, {"fingerprints": frozenset({"x", "z"})}) == ()
 
 
@@ -51,7 +51,7 @@ def test_a_table_without_a_place() -> None:
 def test_what_follows_from_the_rest_is_not_missed() -> None:
     table = pl.LazyFrame({"bssid": ["a"], "strongest_dbm": [-40.0], "ssid": ["b"]})
     (finding,) = writing.left_out({"access_points": table}, {"access_points": frozenset({"bssid"})})
-    assert finding.message == "columns left out of access_points: ssid"
+    assert finding.message == "columns of access_points are skipped: ssid"
 
 
 def test_the_whole_set() -> None:
@@ -59,11 +59,11 @@ def test_the_whole_set() -> None:
     dataset = replace(dataset, files={"plans/0.png": Path("0.png")})
     holds = {name: frozenset(schema) for name, schema in SCHEMAS.items()}
     messages = [finding.message for finding in writing.left_out_of_dataset(dataset, holds)]
-    assert messages == ["left out of the manifest: title", "splits are left out", "plans of the floors are left out"]
+    assert messages == ["skipped fields of the manifest: title", "splits are skipped", "floor plans are skipped"]
     one = {**holds, writing.SET: frozenset({"one split", "manifest", "plans"})}
     assert writing.left_out_of_dataset(dataset, one) == ()
     two = replace(dataset, splits={**dataset.splits, "other": dataset.splits["by_walk"]})
-    assert [finding.message for finding in writing.left_out_of_dataset(two, one)] == ["all splits but one are left out"]
+    assert [finding.message for finding in writing.left_out_of_dataset(two, one)] == ["all splits but one are skipped"]
 
 
 @pytest.mark.parametrize(("formats", "schemas"), [(OF_DATASET, SCHEMAS), (OF_LABELS, LABELLED)])
@@ -122,15 +122,15 @@ def test_the_official_split_counts_where_none_is_chosen() -> None:
 def test_no_choice_among_others_is_told() -> None:
     parts, findings = writing.train_test_assignment(with_split(small_dataset()), ExportContext())
     assert counts(parts) == {"train": 4 * SCANS}
-    assert findings[0].message.endswith("all is training data; there are: by_walk")
+    assert findings[0].message.endswith("everything is training data; available splits: by_walk")
 
 
 @pytest.mark.parametrize(
     ("split", "fold", "said"),
     [
-        ("nope", None, "--split nope: the data set has no such split; there are: by_walk"),
-        ("by_walk", "nope", "--fold nope: split by_walk has no such fold; there are: floor_0.Galaxy.walk/x"),
-        (None, "nope", "--fold nope: say of which split by --split"),
+        ("nope", None, "--split nope: the data set has no such split; its splits: by_walk"),
+        ("by_walk", "nope", "--fold nope: split by_walk has no such fold; its folds: floor_0.Galaxy.walk/x"),
+        (None, "nope", "--fold nope: name the split of this fold with --split"),
     ],
 )
 def test_what_is_not_there(split: str | None, fold: str | None, said: str) -> None:
@@ -139,7 +139,7 @@ def test_what_is_not_there(split: str | None, fold: str | None, said: str) -> No
 
 
 def test_a_set_without_splits() -> None:
-    with pytest.raises(UsageError, match="no such split; there are: none"):
+    with pytest.raises(UsageError, match="no such split; its splits: none"):
         writing.train_test_assignment(small_dataset(), ExportContext(split="random"))
 
 
@@ -199,7 +199,7 @@ def test_levels_that_a_matrix_cannot_hold_are_counted() -> None:
 
 def test_only_one_technology() -> None:
     dataset = small_dataset()
-    with pytest.raises(DatasetError, match="no ble fingerprint of it has a position"):
+    with pytest.raises(DatasetError, match="no ble fingerprint has a position"):
         writing.labelled_fingerprints(dataset, "ble")
     kind = pl.when(pl.col("device") == "Pixel").then(pl.lit("ble")).otherwise("technology").alias("technology")
     both = replace(dataset, tables={**dataset.tables, "fingerprints": dataset.fingerprints.with_columns(kind)})

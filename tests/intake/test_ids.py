@@ -105,7 +105,7 @@ def test_a_shift_is_claimed_only_if_no_other_fits_as_well(
     assert found.differ
     if by is None:
         assert found.pattern is None
-        assert "no single pattern maps one to the other" in found.text
+        assert "no simple pattern maps one set to the other" in found.text
     else:
         assert f"the pattern is: all shifted by {by}" in found.text
 

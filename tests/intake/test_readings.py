@@ -40,8 +40,8 @@ def test_a_finding_names_range_cause_and_cure() -> None:
     (finding,) = SIGNAL_STRENGTH.outside("wifi.csv", [3, 9], "they are not used")
     assert (finding.kind, finding.file, finding.count, finding.lines) == ("absurd_levels", "wifi.csv", 2, (3, 9))
     assert finding.message == (
-        "signal strengths must be from -126 to -1 dBm; they are not used. Possible cause: 0, 127 and -127 stand for "
-        "'no value', 100 for 'not heard', or the file has another unit. Leave such levels out of the file, or write "
+        "signal strengths must be from -126 to -1 dBm; they are not used. Possible cause: 0, 127 and -127 often mean "
+        "'no value' and 100 'not heard', or the file uses another unit. Remove such levels from the file, or write "
         "them in dBm."
     )
 
@@ -62,7 +62,7 @@ def test_what_is_no_level_becomes_null(level: float) -> None:
 def test_a_file_of_positive_levels_has_lost_its_sign() -> None:
     sign, rest = level_findings(rows(65.0, 70.0, None, -60.0, 81.0, 127.0, 66.0), "ble.csv", "left out")
     assert (sign.kind, sign.count, sign.lines) == ("lost_sign", 4, (1, 2, 5, 7))
-    assert "65 for -65" in sign.message
+    assert "65 instead of -65" in sign.message
     assert (rest.kind, rest.lines) == ("absurd_levels", (6,))
 
 

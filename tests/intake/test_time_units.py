@@ -21,7 +21,7 @@ def test_a_unit_is_recognised_by_the_rate(unit: str, step_s: float, steps: objec
     read, (finding,) = recognised_ns(true, true, steps, "poses.csv", "nanoseconds")  # type: ignore[arg-type]
     assert (read == true * NS_OF[unit]).all()
     assert (finding.kind, finding.file, finding.count) == ("time_unit", "poses.csv", 500)
-    assert f"must be in nanoseconds, and are in {unit}" in finding.message
+    assert f"must be in nanoseconds, but these are in {unit}" in finding.message
 
 
 @pytest.mark.parametrize("step_s", [1 / 240, 1 / 60, 1 / 30, 0.5, 5.0])

@@ -121,7 +121,7 @@ def test_keys_follow_from_everything(dataset: Dataset) -> None:
 
 def test_an_empty_part_is_told(dataset: Dataset, data: LearningData) -> None:
     pixel = data[data.scans.device == "Pixel"]
-    with pytest.raises(DatasetError, match="split device, fold Galaxy: no labelled fingerprint tests"):
+    with pytest.raises(DatasetError, match="split device, fold Galaxy: the test set contains no labelled fingerprint"):
         execute(run_of(dataset), pixel, "key")
 
 

@@ -132,7 +132,7 @@ def test_a_damaged_model_is_one_message_or_answers(name: str, tmp_path: Path) ->
 def test_metadata_of_any_form_is_one_message(metadata: str, tmp_path: Path) -> None:
     path = tmp_path / "model.v2t"
     save_file({"xy": np.zeros((3, 2))}, path, {KEY: metadata})
-    with pytest.raises(ModelError, match=r"model\.v2t: is damaged \("):
+    with pytest.raises(ModelError, match=r"model\.v2t: the file is damaged \("):
         load_model(path)
 
 
@@ -141,5 +141,5 @@ def test_numbers_that_numpy_has_not_are_one_message(kind: object, tmp_path: Path
     path = tmp_path / "model.v2t"
     head = json.dumps({"xy": {"dtype": kind, "shape": [2, 2], "data_offsets": [0, 4]}, "__metadata__": {KEY: "{}"}})
     path.write_bytes(len(head).to_bytes(8, "little") + head.encode() + bytes(4))
-    with pytest.raises(ModelError, match=r"model\.v2t: is "):
+    with pytest.raises(ModelError, match=r"model\.v2t: (not a model file|the file is damaged)"):
         load_model(path)

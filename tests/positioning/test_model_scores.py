@@ -62,7 +62,7 @@ def test_nothing_answered_has_no_figures() -> None:
 
 def test_other_storeys_are_refused() -> None:
     other = ScanPlaces((Storey("A", 0),), np.array([0]), np.zeros((1, 2)), np.zeros(1), np.zeros(1))
-    with pytest.raises(ValueError, match="number their storeys differently"):
+    with pytest.raises(ValueError, match="have different storeys"):
         score(positions([0], [[0, 0]]), other)
 
 
@@ -84,11 +84,11 @@ def test_what_would_take_too_long_is_left_out_but_the_first(monkeypatch: pytest.
     trial = tried_models(WORLD, 1.0, clock=lambda: float(next(seconds)), candidates=("weighted-knn", "local-kriging"))
     assert [(one.name, one.why) for one in trial.tried] == [
         ("weighted-knn", "chosen: the best"),
-        ("local-kriging", "not tried: longer than the time budget"),
+        ("local-kriging", "not tried: takes longer than the time budget"),
     ]
 
 
 def test_one_fingerprint_tells_nothing() -> None:
     scans, places = WORLD
-    with pytest.raises(DatasetError, match="name one by --model"):
+    with pytest.raises(DatasetError, match="choose one with --model"):
         tried_models((scans[:1], places[:1]))

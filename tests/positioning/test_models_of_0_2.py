@@ -66,7 +66,7 @@ def test_there_is_a_file_of_each_kind() -> None:
 def test_removed_models_are_refused_by_name(name: str, tmp_path: Path) -> None:
     path, removed = FILES / f"{name}.v2t", removed_model(name)
     assert removed == f"the model {name} was removed; {REMOVED[name]}"
-    message = f"{path}: {removed}. The file cannot be opened: train a new one"
+    message = f"{path}: {removed}. The file cannot be opened; train a new model"
     with pytest.raises(UsageError, match=f"^{re.escape(removed)}$"):
         model_named(name)
     with pytest.raises(ModelError, match=f"^{re.escape(message)}$"):
@@ -100,5 +100,5 @@ def test_networks_beside_cell_density_were_removed(tmp_path: Path, monkeypatch: 
     saved = load_model(FILES / "cell-density.v2t")
     monkeypatch.setattr(saved.model, "get_params", lambda: {"copies": 4, "networks": (1.7,), "seed": 0})
     save_model(saved, tmp_path / "model.v2t")
-    with pytest.raises(ModelError, match=rf"model\.v2t: {removed}\. The file cannot be opened: train a new one$"):
+    with pytest.raises(ModelError, match=rf"model\.v2t: {removed}\. The file cannot be opened; train a new model$"):
         load_model(tmp_path / "model.v2t")

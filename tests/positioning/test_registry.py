@@ -83,15 +83,15 @@ def test_scikit_learn_can_copy_it() -> None:
     [
         (
             {"neighbours": 3},
-            "model weighted-knn has no parameter 'neighbours'; there are: distance, exponent, k, representation",
+            "model weighted-knn has no parameter 'neighbours'; it has: distance, exponent, k, representation",
         ),
-        ({"k": "five"}, "model weighted-knn: k='five': give something like 5"),
-        ({"k": 2.5}, "model weighted-knn: k=2.5: give something like"),
-        ({"k": True}, "model weighted-knn: k=True: give something like"),
-        ({"k": 10**20}, "model weighted-knn: k=100000000000000000000: give something like"),
-        ({"exponent": -1e300}, r"model weighted-knn: exponent=-1e\+300: give something like"),
-        ({"exponent": float("nan")}, "model weighted-knn: exponent=nan: give something like 4.0"),
-        ({"distance": ["cosine"]}, r"model weighted-knn: distance=\['cosine'\]: give something like 'sorensen'"),
+        ({"k": "five"}, "model weighted-knn: k='five': expected a value such as 5"),
+        ({"k": 2.5}, "model weighted-knn: k=2.5: expected a value such as"),
+        ({"k": True}, "model weighted-knn: k=True: expected a value such as"),
+        ({"k": 10**20}, "model weighted-knn: k=100000000000000000000: expected a value such as"),
+        ({"exponent": -1e300}, r"model weighted-knn: exponent=-1e\+300: expected a value such as"),
+        ({"exponent": float("nan")}, "model weighted-knn: exponent=nan: expected a value such as 4.0"),
+        ({"distance": ["cosine"]}, r"model weighted-knn: distance=\['cosine'\]: expected a value such as 'sorensen'"),
     ],
 )
 def test_wrong_parameters_are_told(parameters: dict[str, object], message: str) -> None:

@@ -108,7 +108,10 @@ def test_blocks_change_nothing(tmp_path_factory: pytest.TempPathFactory, sizes: 
         ("", "line 1: no column scan_id; the first line must name scan_id, bssid, rssi_dbm"),
         ("x" * 200_000, "line 1: no column scan_id"),
         ("scan_id,bssid,level\na,x,-50\n", "line 1: no column rssi_dbm"),
-        (HEAD + "a,x,-50\nb,x,-50\na,y,-50\n", "line 4: scan a comes again after another; the readings of a scan must"),
+        (
+            HEAD + "a,x,-50\nb,x,-50\na,y,-50\n",
+            "line 4: scan a appears again after another scan; the readings of a scan must",
+        ),
     ],
 )
 def test_files_that_are_no_scans_are_told(tmp_path: Path, text: str, message: str) -> None:
@@ -190,22 +193,22 @@ def test_a_track_of_one_sighting_and_of_none(tmp_path: Path) -> None:
 
 def test_what_is_no_track_is_told(tmp_path: Path) -> None:
     (tmp_path / "track.csv").write_text("session,time_ns,x\na,5,1\n")
-    with pytest.raises(DatasetError, match=r"track\.csv: is no track .*; expected CSV with session, time_ns, x, y"):
+    with pytest.raises(DatasetError, match=r"track\.csv: not a track .*; expected CSV with session, time_ns, x, y"):
         Tracks(tmp_path / "track.csv")
     (tmp_path / "text.csv").write_text("session,time_ns,x,y\na,soon,1,2\n")
-    with pytest.raises(DatasetError, match=r"text\.csv: is no track"):
+    with pytest.raises(DatasetError, match=r"text\.csv: not a track"):
         Tracks(tmp_path / "text.csv")
-    with pytest.raises(DatasetError, match=r"absent\.csv: is no track"):
+    with pytest.raises(DatasetError, match=r"absent\.csv: not a track"):
         Tracks(tmp_path / "absent.csv")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(DatasetError, match="holds no trajectory"):
+    with pytest.raises(DatasetError, match="contains no trajectory"):
         Tracks(tmp_path / "empty")
     pl.DataFrame({"time_ns": [1]}).write_parquet(tmp_path / "empty" / "walk.parquet")
-    with pytest.raises(DatasetError, match="no track of session walk"):
+    with pytest.raises(DatasetError, match="cannot read the track of session walk"):
         Tracks(tmp_path / "empty").at(scans_at([1.0]))
     pl.DataFrame({"time_ns": ["then"], "x": [1.0], "y": [1.0]}).write_parquet(tmp_path / "empty" / "walk.parquet")
-    with pytest.raises(DatasetError, match="no track of session walk"):
+    with pytest.raises(DatasetError, match="cannot read the track of session walk"):
         Tracks(tmp_path / "empty").at(scans_at([1.0]))
     (tmp_path / "empty" / "walk.parquet").write_bytes(b"PAR1")
-    with pytest.raises(DatasetError, match="no track of session walk"):
+    with pytest.raises(DatasetError, match="cannot read the track of session walk"):
         Tracks(tmp_path / "empty").at(scans_at([1.0]))

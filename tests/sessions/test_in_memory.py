@@ -79,7 +79,7 @@ def test_a_missing_column_is_named_with_those_expected_and_found() -> None:
 def test_times_in_another_unit_are_refused() -> None:
     many = pl.concat([POSES] * 8).with_columns(time_ns=np.arange(40) * 33)
     with pytest.raises(
-        UsageError, match="poses, column time_ns: times must be in nanoseconds, and are in milliseconds"
+        UsageError, match="poses, column time_ns: times must be in nanoseconds, but these are in milliseconds"
     ):
         session(many, SIGHTINGS.head(0))
 

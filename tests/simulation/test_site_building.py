@@ -247,7 +247,7 @@ def test_settings_of_walkable_space_count(site: Path) -> None:
 
 
 def test_a_floor_that_is_not_there_is_told(site: Path) -> None:
-    with pytest.raises(SurveyError, match="has no floor 3; there are: 2"):
+    with pytest.raises(SurveyError, match="has no floor 3; it has: 2"):
         site_floors(site, [3])
 
 

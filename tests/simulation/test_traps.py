@@ -90,7 +90,7 @@ def test_traps_take_a_session_in_which_nothing_was_seen() -> None:
 
 
 def test_an_unknown_trap_is_named() -> None:
-    with pytest.raises(UsageError, match=r"no such trap: pitfall; known: decimal_comma, "):
+    with pytest.raises(UsageError, match=r"no such trap: pitfall; traps are: decimal_comma, "):
         check_traps(["frame_gap", "pitfall"])
 
 

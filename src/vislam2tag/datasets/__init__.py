@@ -1,10 +1,13 @@
-"""Data sets of fingerprints: what they are, made of labels or of others' files, described, compared and given away.
+"""Data sets of fingerprints: made from labels or imported files, described, compared and published.
 
-In the order in which data meet the modules: ``schema`` and ``model`` say what a data set is, ``folder`` how it lies on
-disk. ``labelled`` opens labels, of which ``fingerprints``, ``sensor_series`` and ``sensor_windows`` make its rows;
-``access_points`` makes its table of them (``privacy`` hides whose they are), ``splits`` its training and test parts,
-which ``leakage`` judges. ``statistics``, ``coverage`` and ``radio_maps`` (over ``map_process``) say what it amounts to,
-``description`` and ``card`` tell others. ``formats`` read and write those of the field, with what several share in
-``wide_tables``, ``point_fingerprints``, ``logged_walks`` and ``writing``; ``comparison`` tells two sets apart,
-``joining`` joins them, and ``changes`` (over ``place_sums``) tells what happened in between.
+- ``schema`` and ``model`` define a data set, ``folder`` its files.
+- ``labelled`` opens labels; ``fingerprints``, ``sensor_series`` and ``sensor_windows`` make rows from them, and
+  ``access_points`` makes the table of access points.
+- ``privacy`` hides identifiers. ``splits`` makes training and test sets, and ``leakage`` judges them.
+- ``statistics``, ``coverage`` and ``radio_maps`` (with ``map_process``) summarise a data set; ``description`` and
+  ``card`` document it.
+- ``formats`` reads and writes other formats; ``wide_tables``, ``point_fingerprints``, ``logged_walks`` and ``writing``
+  contain what several formats share.
+- ``comparison`` compares two data sets, ``joining`` joins them, and ``changes`` (with ``place_sums``) detects what
+  changed in between.
 """

@@ -1,12 +1,12 @@
-"""The table of access points: how often, where and how loud each was heard, and which do not stay in one place.
+"""The table of access points: how often, where and how strongly each was heard, and which ones are mobile.
 
-Flags are null where the identifier is no address (``WAP001``): such data sets have taken the addresses out.
+Flags are null if the identifier is not an address (``WAP001``), because such data sets have removed the addresses.
 
-An access point sends one beacon for each of its networks: which addresses are one radio? Manufacturers count such
-addresses in the last hex digits (``..:40``, ``..:41``) or set the local bit and count in the first octet (``cc:..``,
-``ce:..``). Addresses alone are not enough, since devices of one delivery have neighbouring ones: two addresses are one
-radio if they are heard equally loud at the same moments. One reading may stand for all networks that a radio sends:
-each has a beacon of its own, but none says more of the place.
+An access point sends one beacon for each of its networks. Manufacturers number the addresses of one radio in the last
+hex digits (``..:40``, ``..:41``), or set the local bit and count in the first octet (``cc:..``, ``ce:..``). Addresses
+alone are not enough, because devices of one delivery have neighbouring ones. Two addresses are therefore one radio if
+they are heard equally strongly at the same moments. One reading may represent all networks of a radio: each has its own
+beacon, but none adds information about the place.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, RTT, SCHEMAS, empty_table, in_schema
 
 LAST_OCTETS = 16
-"""Last octets that differ by less may be one radio's: manufacturers count networks in one hex digit."""
+"""Last octets that differ by less may belong to one radio: manufacturers count networks in one hex digit."""
 SAME_MOMENT_NS = 500_000_000
-"""Beacons of one radio come within 0.1 s; a scan returns to a channel after seconds."""
+"""Beacons of one radio arrive within 0.1 s; a scan returns to a channel after seconds."""
 EQUAL_DB = 5.0
-"""Root mean square difference up to which two addresses are heard equally loud. On a floor of a mall 98 % of pairs with
-neighbouring addresses lie below (median 1.3 dB), and pairs of different access points around 10 dB."""
+"""Root mean square difference up to which two addresses are equally strong. On a floor of a mall 98 % of the pairs with
+neighbouring addresses are below it (median 1.3 dB), and pairs of different access points are around 10 dB."""
 LEAST_SCANS = 5
-"""Scans that must have heard both; fewer prove nothing."""
+"""Smallest number of scans that heard both."""
 ADDRESS = r"^[0-9A-Fa-f]{2}(:[0-9A-Fa-f]{2}){5}$"
 _PAIR = ("bssid", "other")
 
 
 def pair_differences(readings: pl.DataFrame) -> pl.DataFrame:
-    """Compare the addresses that may be one radio's in each scan of some readings.
+    """Compare the addresses that may belong to one radio, in each scan of some readings.
 
-    Columns bssid, other (the greater address), scans, squares (sum of squared differences, dB^2): sums over disjoint
-    sets of scans add up.
+    Columns: bssid, other (the greater address), scans, squares (sum of squared differences, dB^2). Sums over disjoint
+    sets of scans can be added.
     """
     octet = pl.col("bssid").str
     beacons = readings.filter(octet.contains(ADDRESS)).select(
@@ -62,7 +62,7 @@ def pair_differences(readings: pl.DataFrame) -> pl.DataFrame:
 
 
 def _addresses_of_one() -> pl.Expr:
-    """Neighbours in the last octet under one first octet; or one last octet where a first octet is given locally."""
+    """Neighbours in the last octet with the same first octet; or the same last octet with a local first octet."""
     same_first = pl.col("first") == pl.col("first_other")
     neighbours = (pl.col("last") - pl.col("last_other")).abs() < LAST_OCTETS
     local = (pl.col("first") // 2) % 2 + (pl.col("first_other") // 2) % 2 > 0
@@ -70,14 +70,14 @@ def _addresses_of_one() -> pl.Expr:
 
 
 def _same_moment() -> pl.Expr:
-    """Whether both were heard at once; where there are no times, the scan has to do."""
+    """Whether both were heard at once; without times, whether they are in one scan."""
     return ((pl.col("time_ns") - pl.col("time_ns_other")).abs() <= SAME_MOMENT_NS).fill_null(True)
 
 
 def radios(bssids: pl.Series, differences: pl.DataFrame) -> pl.DataFrame:
-    """Name the radio of each address: columns bssid, radio (the least address that belongs to it).
+    """Name the radio of each address: columns bssid, radio (its smallest address).
 
-    Identifiers that are no addresses have no known radio (null).
+    Identifiers that are not addresses have no known radio (null).
     """
     equal = differences.filter(
         (pl.col("scans") >= LEAST_SCANS) & ((pl.col("squares") / pl.col("scans")).sqrt() <= EQUAL_DB)
@@ -97,37 +97,36 @@ def radios(bssids: pl.Series, differences: pl.DataFrame) -> pl.DataFrame:
 
 
 STRONG_DBM = -55.0
-"""A phone hears a transmitter of usual power (20 dBm) as loud as this within some 20 m in free line of sight."""
+"""A phone hears a transmitter of usual power (20 dBm) this strongly within about 20 m in line of sight."""
 FAR_APART_M = 50.0
-"""Two places this far apart cannot both lie within 20 m of one transmitter, even with a corridor's wave guide."""
+"""Two places this far apart cannot both be within 20 m of one transmitter, even with a corridor's wave guide."""
 FLOORS_APART = 3
-"""Three slabs cost 40 dB and more: a transmitter that stays put is not strong that many floors apart."""
+"""Three slabs attenuate by 40 dB and more, so a stationary transmitter is not strong on floors this far apart."""
 _CELL_M = 5.0
 _STRONG_READINGS = 3
-"""A cell counts as one where a transmitter is strong from this many readings on: one odd label moves nothing."""
+"""Strong readings that a cell needs to count, so that one wrong label has no effect."""
 _LOCAL_BIT = 2
-"""Bit of an address's first octet: given locally, not by a manufacturer (IEEE 802, 8.4)."""
+"""Bit of an address's first octet: locally administered (IEEE 802, 8.4)."""
 _PHONE_NAME = (
     r"(?i)^androidap|^androidhotspot|\biphone\b|\bipad\b|^DIRECT-|"
     r"^(galaxy|huawei|honor|oppo|vivo|redmi|oneplus|pixel|xiaomi|nokia|moto|mi|sm)[ _][^ ]"
 )
 """Names that phones give their hotspots; ``HUAWEI-2FF4`` with a hyphen is a home router."""
 _STANDING_NAME = r"(?i)^DIRECT-.*(hp |epson|canon|brother|lexmark|xerox|kyocera|ricoh|roku|tv|bravia|chromecast)"
-"""Wi-Fi Direct of printers and screens, which stand."""
+"""Stationary Wi-Fi Direct devices: printers and screens."""
 NO_NAMES = pl.DataFrame(schema={"bssid": pl.String, "technology": pl.String, "ssid": pl.String, "count": pl.Int64})
-"""Of a set whose access points have no names."""
+"""Names of a data set whose access points have none."""
 NOMAP = r"(?i)_nomap$"
-"""The suffix by which owners ask that their network is in no map; in any case, to be sure."""
+"""The suffix by which owners ask not to be mapped; in any case, to be safe."""
 
 
 _COUNT = (pl.col("count").sum(),)
 
 
 def _running_totals() -> dict[str, RunningTotal]:
-    """What is counted of each access point; its size follows the access points and their surroundings alone.
+    """Running totals of each access point; their size depends only on the access points and their surroundings.
 
-    ``strong`` are the cells of ``_CELL_M`` where it was heard strongly, ``differences`` what :func:`pair_differences`
-    finds.
+    ``strong``: the cells of ``_CELL_M`` with strong readings; ``differences``: the result of :func:`pair_differences`.
     """
     heard = (
         pl.col("technology").min(),
@@ -146,20 +145,20 @@ def _running_totals() -> dict[str, RunningTotal]:
 def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names: pl.DataFrame) -> pl.DataFrame:
     """Make the table of access points, ordered by BSSID.
 
-    ``names`` has columns bssid, technology, ssid, count: how often each access point was heard by each name. The
-    readings of one session at a time are in memory.
+    ``names`` has columns bssid, technology, ssid, count: how often each access point was heard with each name. Only the
+    readings of one session are in memory at a time.
 
-    ``radio``: the least address of those that one radio sends (:func:`merged_radios`).
+    ``radio``: the smallest of the addresses of one radio (:func:`merged_radios`).
 
-    ``randomised``: the address is given locally. Phones draw such addresses at random, but access points with
-    several networks derive theirs the same way: it tells no phone from an access point by itself. Null for BLE, whose
+    ``randomised``: the address is locally administered. Phones draw such addresses at random, but access points with
+    several networks derive theirs in the same way, so the flag alone does not identify a phone. Null for BLE, whose
     random addresses look like any other.
 
-    ``mobile``: heard strongly at two places too far apart for one position (``FAR_APART_M``, ``FLOORS_APART``, or in
-    two buildings), or named as phones name their hotspots. A phone that stayed in one corner under a name of its
-    owner's is missed; a repeater that copies an address is flagged. Null where neither position nor name is known.
+    ``mobile``: strong at two places too far apart for one position (``FAR_APART_M``, ``FLOORS_APART``, or in two
+    buildings), or with a name that phones give their hotspots. A phone that stayed in one corner with a custom name is
+    missed; a repeater that copies an address is flagged. Null if neither position nor name is known.
 
-    ``nomap``: one of its names ends in ``_nomap``; null where no name is known.
+    ``nomap``: one of its names ends in ``_nomap``; null if no name is known.
     """
     totals = _running_totals()
     for tables in each_session(fingerprints, readings):
@@ -206,7 +205,7 @@ def _tally(tables: SessionTables) -> dict[str, pl.DataFrame]:
 
 
 def _median_frequency(channels: pl.DataFrame) -> pl.DataFrame:
-    """The lower median, which is a channel that was really heard."""
+    """The lower median, which is a channel that was heard."""
     upto = pl.col("count").cum_sum().over("bssid")
     half = pl.col("count").sum().over("bssid") / 2
     return (
@@ -219,7 +218,7 @@ def _median_frequency(channels: pl.DataFrame) -> pl.DataFrame:
 
 
 def _names(names: pl.DataFrame) -> pl.DataFrame:
-    """Each access point's most frequent name that is not empty, and what its names say of it."""
+    """Each access point's most frequent non-empty name, and the flags that follow from its names."""
     named = names.filter(pl.col("ssid").str.len_chars() > 0).group_by("bssid", "ssid").agg(pl.col("count").sum())
     ssid = pl.col("ssid")
     return (
@@ -234,7 +233,7 @@ def _names(names: pl.DataFrame) -> pl.DataFrame:
 
 
 def _wandering(strong: pl.DataFrame) -> pl.DataFrame:
-    """Whether the cells where an access point is strong lie too far apart for one position: columns bssid, far."""
+    """Whether cells with strong readings of an access point are too far apart for one position: bssid, far."""
     cells = strong.filter(pl.col("count") >= _STRONG_READINGS)
     width = (pl.col("column").max() - pl.col("column").min()) * _CELL_M
     depth = (pl.col("row").max() - pl.col("row").min()) * _CELL_M
@@ -260,12 +259,11 @@ def _flags() -> dict[str, pl.Expr]:
 
 
 def merged_radios(dataset: Dataset) -> Dataset:
-    """Make one reading of all networks of a radio that a scan heard, and one access point of each radio.
+    """Merge all networks of a radio: one reading for each scan, and one access point for each radio.
 
-    The radio's name takes the place of the address. RSSI (the mean of the values in dBm, which lowers fading and keeps
-    the scale of a single beacon), time, position and sigma are means; frequency is the first. Identifiers without a
-    known radio stay as they are. Ranges stay each for itself, under the radio's name. Tables stay lazy but that of the
-    access points.
+    The radio's name replaces the address. RSSI (the mean in dBm, which lowers fading and keeps the scale of a single
+    beacon), time, position and sigma are means; frequency is the first. Identifiers without a known radio are
+    unchanged. Ranges are not merged but get the radio's name. Tables stay lazy except that of the access points.
     """
     points = dataset.access_points.collect().with_columns(as_one=pl.coalesce("radio", "bssid"))
     names = points.select("bssid", "as_one").lazy()
@@ -296,7 +294,7 @@ def _merged(readings: pl.LazyFrame, names: pl.LazyFrame) -> pl.LazyFrame:
 
 
 def _counted_anew(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> pl.LazyFrame:
-    """Count what is left of each fingerprint's readings."""
+    """Count the remaining readings of each fingerprint."""
     counts = readings.group_by("scan_id").agg(
         readings=pl.len().cast(pl.Int32), labelled=pl.col("x").count().cast(pl.Int32)
     )
@@ -312,7 +310,7 @@ def _counted_anew(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> pl.Lazy
 
 
 def _merged_points(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, points: pl.DataFrame) -> pl.DataFrame:
-    """Count the radios, and carry what was known of their networks: a flag of one holds for its radio."""
+    """Count the radios, and merge the flags of their networks: a flag of one applies to its radio."""
     names = points.select("technology", "ssid", bssid="as_one", count=pl.col("readings").cast(pl.Int64))
     table = access_point_table(fingerprints, readings, names)
     flags = points.group_by(bssid="as_one").agg(pl.col("mobile", "nomap").any(ignore_nulls=False))

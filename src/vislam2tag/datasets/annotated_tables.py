@@ -1,7 +1,7 @@
-"""The annotated tables of giaIndoorLoc's layout, typed, and in the columns that ``process`` writes.
+"""The annotated tables of giaIndoorLoc's layout, typed, and with the columns that ``process`` writes.
 
-The published files lead text fields with a blank; ours do not. Both are read. :class:`PrivateLabels` keeps private what
-becomes no data set (``privacy`` is for what does).
+The published files have a blank before text fields; ours do not. Both can be read. :class:`PrivateLabels` applies
+privacy options to labels (``privacy`` does so for data sets).
 """
 
 from __future__ import annotations
@@ -41,19 +41,19 @@ ANNOTATED_FILES: Mapping[str, Mapping[str, pl.DataType]] = {
 }
 """Columns of each file, in order, and their types."""
 _NAME = "ssid"
-"""The one column that may hold commas."""
+"""The only column that may contain commas."""
 _NEEDED = {WIFI_FILE: ("id", "time", "mac"), SENSORS_FILE: ("time", "type")}
-"""Columns that no line may leave empty."""
+"""Columns that must not be empty."""
 
 
 def read_annotated(path: Path) -> pl.DataFrame:
-    """Read one of :data:`ANNOTATED_FILES`, known by its name; white space around fields goes, what is empty is null.
+    """Read one of :data:`ANNOTATED_FILES`, recognised by its name; fields are stripped, and empty ones are null.
 
-    Raises DatasetError, naming file and line, where it has other columns or a number is none.
+    Raises DatasetError with file and line if it has other columns or a number is invalid.
     """
     columns = ANNOTATED_FILES[path.name]
     lines = _lines(path, columns)
-    # A name may hold commas, in quotes or not: the fields before it are found from the start, those after it from the
+    # A name may contain commas, in quotes or not: fields before it are counted from the start, fields after it from the
     # end.
     pattern = ",".join(f"(?<{name}>{'.*' if name == _NAME else '[^,]*'})" for name in columns)
     fields = lines.with_columns(pl.col("line").str.extract_groups(f"^{pattern}$")).unnest("line")
@@ -68,7 +68,7 @@ def read_annotated(path: Path) -> pl.DataFrame:
 
 
 def wifi_rows(file: Path, key: SessionKey) -> pl.DataFrame:
-    """Read an annotated Wi-Fi table into the columns of ``wifi``; an unlabelled row has the likeliest cause.
+    """Read an annotated Wi-Fi table into the columns of ``wifi``; an unlabelled row gets the most likely cause.
 
     Raises DatasetError as :func:`read_annotated` does.
     """
@@ -107,7 +107,7 @@ def _lines(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
 
 
 def _refuse_other_widths(path: Path, lines: pl.DataFrame, fields: pl.DataFrame, expected: int) -> None:
-    """Raise DatasetError at the first line that does not have so many fields."""
+    """Raise DatasetError at the first line with another number of fields."""
     wrong = lines.filter(fields["time"].is_null())
     if wrong.height:
         row, line = wrong.row(0)
@@ -122,7 +122,7 @@ def _typed(name: str, kind: pl.DataType) -> pl.Expr:
 
 
 def _refuse_no_numbers(path: Path, texts: pl.DataFrame, table: pl.DataFrame) -> None:
-    """Raise DatasetError at the first line where a field that is needed is empty, or one that is there no number."""
+    """Raise DatasetError at the first line with an empty required field, or an invalid number."""
     columns = ANNOTATED_FILES[path.name]
     lost = (table[name].is_null() & (texts[name].is_not_null() | (name in _NEEDED[path.name])) for name in columns)
     wrong = texts["row"].filter(reduce(or_, lost))
@@ -132,7 +132,7 @@ def _refuse_no_numbers(path: Path, texts: pl.DataFrame, table: pl.DataFrame) -> 
 
 
 def _network_name() -> pl.Expr:
-    """Take a network's name out of its quotes, and take off the blank that leads it where one leads the type, too."""
+    """Remove quotes around a network's name, and its leading blank if the type has one, too."""
     ssid = pl.col("ssid")
     quoted = ssid.str.strip_prefix(" ")
     inside = quoted.str.strip_prefix('"').str.strip_suffix('"').str.replace_all('""', '"', literal=True)
@@ -157,7 +157,7 @@ def _labelled(rows: pl.DataFrame, table: str, source: str, key: SessionKey) -> p
 
 
 def _status(rows: pl.DataFrame, source: str) -> pl.Expr:
-    """``ok``, ``duplicate`` where an earlier row of the ``source`` has the time, or where in the walk the row lies."""
+    """``ok``, ``duplicate`` if an earlier row of the ``source`` has the time, or the row's position in the walk."""
     placed = rows.filter(pl.col("x").is_not_null())["time_ns"]
     first, last = placed.min(), placed.max()
     time_ns = pl.col("time_ns")
@@ -179,17 +179,17 @@ def _status(rows: pl.DataFrame, source: str) -> pl.Expr:
 
 @dataclass(frozen=True)
 class PrivateLabels:
-    """What is left out or hidden of a survey's Wi-Fi readings."""
+    """Readings to remove or hide in a survey's Wi-Fi tables."""
 
     privacy: Privacy
     unwanted: frozenset[str]
-    """Access points of networks that opted out; one of their names in one session is enough."""
+    """Access points of networks that opted out; one such name in one session is enough."""
     readings: int
-    """Readings of them."""
+    """Number of their readings."""
 
     @classmethod
     def of(cls, sessions: Iterable[LabelledSession], privacy: Privacy) -> PrivateLabels:
-        """Look for networks that opted out."""
+        """Find networks that opted out."""
         if privacy.include_nomap:
             return cls(privacy, frozenset(), 0)
         counts: dict[str, int] = {}
@@ -210,15 +210,15 @@ class PrivateLabels:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """How much is left out."""
+        """Number of removed readings."""
         message = (
-            f"readings of {len(self.unwanted)} networks are left out: their names end in _nomap, by which owners ask "
-            "to be in no map"
+            f"readings of {len(self.unwanted)} networks are skipped, because their names end in _nomap: their owners "
+            "ask not to be mapped"
         )
         return finding_if(self.readings, NOMAP_LEFT_OUT, message)
 
     def hidden(self, rows: pl.DataFrame) -> pl.DataFrame:
-        """Leave out and hide in a table with ``bssid`` and ``ssid``."""
+        """Remove and hide in a table with ``bssid`` and ``ssid``."""
         rows = rows.filter(~pl.col("bssid").is_in(list(self.unwanted)))
         key = self.privacy.hash_key
         if key is not None:
@@ -228,10 +228,10 @@ class PrivateLabels:
 
 
 def hidden_wifi_file(data: bytes, rows: pl.DataFrame) -> bytes:
-    """Keep the lines of these rows, with the bssid and ssid that they have now.
+    """Keep the lines of these rows, with their new bssid and ssid.
 
-    ``rows``: ``row`` (line, from 1), ``bssid``, ``ssid``. Lines that could not be read have no row: they go, since
-    nobody knows what they tell.
+    ``rows``: ``row`` (line, from 1), ``bssid``, ``ssid``. Lines that could not be read have no row. They are removed,
+    because their content is unknown.
     """
     lines = data.split(b"\n")
     kept = [_line(lines[row - 1], bssid, ssid) for row, bssid, ssid in rows.sort("row").iter_rows()]
@@ -246,7 +246,7 @@ def _line(line: bytes, bssid: str, ssid: str) -> bytes:
 
 
 def _replaced(field: bytes, text: str) -> bytes:
-    """Put a text into a field, which keeps its leading blank; a text that is as it was keeps its bytes."""
+    """Put a text into a field, which keeps its leading blank; an unchanged text keeps its bytes."""
     blank = b" " if field.startswith(b" ") else b""
     old = field.removeprefix(blank).decode("utf-8", errors="replace")
     return field if old.strip() == text.strip() else blank + text.encode()

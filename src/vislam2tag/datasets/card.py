@@ -1,6 +1,6 @@
-"""The card of a data set, written into its folder, so that the folder uploads to a repository as it is.
+"""Writes the card of a data set into its folder, ready for upload to a repository.
 
-``README.md``: what a data set is, how it was made, how to load it, what is in it and what is not.
+``README.md`` describes the data set, how it was made, how to load it, and what it contains.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ NOT_STATED = "not stated"
 LABELS = "process"
 """Kind of a source that this program labelled."""
 _ABOUT = {
-    "fingerprints": "one row a scan (or window of time): where it was taken and how sure that is",
+    "fingerprints": "one row for each scan (or time window), with its position and standard deviation",
     "readings": "one row for each transmitter heard in a scan",
-    "access_points": "one row a transmitter",
-    "sessions": "one row a walk",
-    "magnetic": "one row a window of the magnetometer's readings",
-    "imu_windows": "windows of accelerometer and gyroscope with the way walked meanwhile",
+    "access_points": "one row for each transmitter",
+    "sessions": "one row for each walk",
+    "magnetic": "one row for each window of magnetometer readings",
+    "imu_windows": "windows of accelerometer and gyroscope readings, with the displacement",
 }
 _KINDS: Mapping[str, str] = {
     "String": "text",
@@ -41,7 +41,7 @@ _KINDS: Mapping[str, str] = {
 
 
 def readme_text(dataset: Dataset, statistics: DatasetStatistics) -> str:
-    """Write ``README.md``; what nobody stated stands there as not stated."""
+    """Write ``README.md``; unknown facts are marked as not stated."""
     info = dataset.info
     context: dict[str, Any] = {
         "front_matter": card_metadata.front_matter(info),
@@ -108,10 +108,10 @@ SUMS = "SHA256SUMS"
 
 
 def write_card(dataset: Dataset, statistics: DatasetStatistics, folder: Folder) -> None:
-    """Write the card into the data set's folder, last of all: ``SHA256SUMS`` covers all files except hidden ones.
+    """Write the card into the data set's folder as the last step: ``SHA256SUMS`` covers all files except hidden ones.
 
-    ``README.md`` (with Hugging Face's front matter), ``croissant.json`` and ``dataset.toml`` are always written,
-    ``CITATION.cff`` and ``datacite.json`` only where what their schemas require is stated; the card says what is not.
+    ``README.md`` (with Hugging Face's front matter), ``croissant.json`` and ``dataset.toml`` are always written.
+    ``CITATION.cff`` and ``datacite.json`` need the fields that their schemas require; the card lists missing ones.
     """
     texts = {
         README: readme_text(dataset, statistics),
@@ -127,5 +127,5 @@ def write_card(dataset: Dataset, statistics: DatasetStatistics, folder: Folder) 
 
 
 def _sums(folder: Path) -> str:
-    """One line a file below the folder, as ``sha256sum`` writes and checks them; by name."""
+    """One line for each file below the folder, sorted by name, in the format of ``sha256sum``."""
     return "".join(f"{sha256_of(folder / name)}  {name}\n" for name in listed_files(folder) if name != SUMS)

@@ -1,9 +1,9 @@
-"""What machines read of a data set's card: how to cite it, what a DOI needs, how libraries load it.
+"""Machine-readable parts of a data set's card: citation, DOI metadata and machine-learning metadata.
 
-Licences by name and link, and the front matter of ``README.md`` as Hugging Face reads it (``datasetcard.md``);
-``CITATION.cff`` (Citation File Format 1.2.0) and BibTeX; ``datacite.json``, what a repository asks for when it
-registers a DOI (DataCite metadata schema 4.5); ``croissant.json``, the tables as machine-learning libraries load them
-(Croissant 1.1, docs.mlcommons.org).
+- Licences by name and link, and the front matter of ``README.md`` as Hugging Face reads it (``datasetcard.md``).
+- ``CITATION.cff`` (Citation File Format 1.2.0) and BibTeX.
+- ``datacite.json``: the metadata that a repository needs to register a DOI (DataCite metadata schema 4.5).
+- ``croissant.json``: the tables for machine-learning libraries (Croissant 1.1, docs.mlcommons.org).
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ _HUGGING_FACE = MappingProxyType(
         "MIT": "mit",
     }
 )
-"""Of https://huggingface.co/docs/hub/repositories-licenses, those that data are given under."""
+"""Licences of https://huggingface.co/docs/hub/repositories-licenses that are used for data."""
 _SIZES = ("1K", "10K", "100K", "1M", "10M", "100M", "1B")
 _TAGS = ("indoor-positioning", "fingerprinting", "wifi", "rssi", "tabular")
 
 
 def licence_url(licence: str) -> str | None:
-    """Return where the text of an SPDX licence stands; None for one of one's own and for an expression of several."""
+    """Return the URL of an SPDX licence's text; None for a custom licence and for an expression of several."""
     if licence.startswith("LicenseRef-") or " " in licence:
         return None
     return _TEXTS.get(licence, f"https://spdx.org/licenses/{licence}.html")
@@ -66,7 +66,7 @@ def hugging_face_licence(licence: str | None) -> dict[str, str]:
 
 
 def front_matter(info: DatasetInfo) -> str:
-    """Write the YAML block: each table is a configuration of its own, the fingerprints the default."""
+    """Write the YAML block: each table is a configuration, and the fingerprints are the default."""
     first = next(iter(info.tables), "")
     fields: dict[str, Any] = {
         "pretty_name": info.title or info.name,
@@ -82,7 +82,7 @@ def front_matter(info: DatasetInfo) -> str:
 
 
 def _yaml(fields: dict[str, Any]) -> str:
-    """What is stated of the fields."""
+    """YAML of the fields that have a value."""
     stated = {name: value for name, value in fields.items() if name and value}
     return yaml.safe_dump(stated, sort_keys=False, allow_unicode=True, width=120)
 
@@ -94,7 +94,7 @@ def _size(rows: int) -> str:
 
 
 def _json(fields: dict[str, Any]) -> str:
-    """What is stated of the fields."""
+    """JSON of the fields that have a value."""
     stated = {name: value for name, value in fields.items() if value}
     return json.dumps(stated, indent=1, ensure_ascii=False) + "\n"
 
@@ -103,7 +103,7 @@ ORCID_URL = "https://orcid.org/"
 
 
 def citation_text(info: DatasetInfo) -> str | None:
-    """Write ``CITATION.cff``; None where no creator is stated, without whom the format allows none."""
+    """Write ``CITATION.cff``; None without a creator, which the format requires."""
     if not info.creators:
         return None
     url = licence_url(info.licence) if info.licence else None
@@ -116,7 +116,7 @@ def citation_text(info: DatasetInfo) -> str | None:
         "abstract": info.description,
         "authors": [_author(person) for person in info.creators],
         "keywords": list(dict.fromkeys(info.keywords)),
-        # The format's list of licences is of 2021 and knows neither one's own nor expressions.
+        # The format's list of licences is of 2021 and has neither custom licences nor expressions.
         "license" if url else "": info.licence,
         "license-url": url,
         "version": info.version,
@@ -128,7 +128,7 @@ def citation_text(info: DatasetInfo) -> str | None:
 
 
 def bibtex(info: DatasetInfo) -> str | None:
-    """Write the set as an entry of BibTeX; None where no creator is stated."""
+    """Write the data set as a BibTeX entry; None without a creator."""
     if not info.creators:
         return None
     fields = {
@@ -144,12 +144,12 @@ def bibtex(info: DatasetInfo) -> str | None:
 
 
 def _bibtex_author(person: Person) -> str:
-    """Write a name; that of an organisation in braces, so that it stays whole."""
+    """Write a name; organisations are in braces, so that they stay whole."""
     return _braced(person.name) if "," in person.name else f"{{{_braced(person.name)}}}"
 
 
 def _braced(text: str) -> str:
-    """Write text so that it stands in braces: with what TeX takes for its own escaped, unpaired braces left out."""
+    """Write text for use in braces: TeX special characters are escaped, and unpaired braces removed."""
     return re.sub(r"([&%$#_])", r"\\\1", re.sub(r"[{}\\]", "", " ".join(text.split())))
 
 
@@ -163,11 +163,11 @@ def _author(person: Person) -> dict[str, str]:
 
 
 REQUIRED = ("creators", "publisher", "published")
-"""What the schema asks for besides a title and has no word for unknown."""
+"""Fields that the schema requires besides a title, and for which it has no value for "unknown"."""
 
 
 def datacite_text(info: DatasetInfo) -> str | None:
-    """Write ``datacite.json``; None where a field that the schema requires is not stated."""
+    """Write ``datacite.json``; None if a field that the schema requires is missing."""
     if not all(getattr(info, name) for name in REQUIRED) or info.published is None:
         return None
     fields: dict[str, Any] = {
@@ -238,11 +238,11 @@ _TYPES: Mapping[str, str] = {
 }
 _TERMS = (
     "@language @vocab citeAs column conformsTo containedIn cr data dataType dct description equivalentProperty "
-    "examples extract field fileObject fileProperty fileSet format includes isArray arrayShape isLiveDataset jsonPath "
+    "examples extract field fileObject fileProperty fileSet format includes isArray arrayShape isLiveDataset jsonPath",
     "key md5 name parentField path rai recordSet references regex repeated replace samplingRate sc separator source "
-    "subField transform"
+    "subField transform",
 )
-_CONTEXT: dict[str, Any] = {name: f"cr:{name}" for name in _TERMS.split()} | {
+_CONTEXT: dict[str, Any] = {name: f"cr:{name}" for name in " ".join(_TERMS).split()} | {
     "@language": "en",
     "@vocab": "https://schema.org/",
     "conformsTo": "dct:conformsTo",
@@ -260,7 +260,7 @@ _CONTEXT: dict[str, Any] = {name: f"cr:{name}" for name in _TERMS.split()} | {
 
 
 def croissant_text(info: DatasetInfo) -> str:
-    """Write ``croissant.json`` of the tables and splits that the manifest accounts for."""
+    """Write ``croissant.json`` for the tables and splits in the manifest."""
     files = list(_files(info))
     doi = f"https://doi.org/{info.doi}" if info.doi else None
     fields: dict[str, Any] = {

@@ -1,13 +1,14 @@
 """What changed in a building between two surveys: access points and places, tested against the surveys' own noise.
 
-At each place that both surveys walked, each access point's mean loudness (:mod:`.place_sums`) is compared. The variance
-of a difference follows from the spread of a survey's walks at a place, pooled by loudness. Mean squares of standardised
-differences over an access point's places, or over a place's access points, are turned into normal scores (Wilson and
-Hilferty 1931). Their median and spread are, within bounds, the null (the empirical null of Efron 2004: most of a
-building stays as it is, and how a phone was held moves all scores a little). What lies beyond is found with a share of
-false discoveries of at most FALSE_SHARE (Benjamini and Hochberg 1995). Access points come first; places are then tested
-without those that changed, and are changed, too, where one of those did. A joined set tells it in a summary (JSON) and
-in tables of access points and places (CSV).
+At each place that both surveys walked, each access point's mean signal strength (:mod:`.place_sums`) is compared. The
+variance of a difference follows from the spread of a survey's walks at a place, pooled by strength. Mean squares of
+standardised differences, over an access point's places or a place's access points, become normal scores (Wilson and
+Hilferty 1931). Their median and spread are, within bounds, the null (the empirical null of Efron 2004): most of a
+building is unchanged, and the way a phone was held moves all scores a little. Scores beyond the null are changes, with
+a share of false discoveries of at most FALSE_SHARE (Benjamini and Hochberg 1995).
+
+Access points are tested first. Places are then tested without changed access points, and also count as changed if one
+of those did. A joined set contains the result as a summary (JSON) and as tables of access points and places (CSV).
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ from vislam2tag.datasets.settings import CHANGE_CELL_M
 
 FALSE_SHARE = 0.05
 LEAST_PLACES = 3
-"""Common places that an access point needs to be judged."""
+"""Common places that an access point needs for a test."""
 LEAST_CHANGE_DB = 3.0
-"""Root mean square change over an access point's places, or a place's access points, that is worth telling: about what
-a phone's orientation does."""
+"""Smallest reported root mean square change over an access point's places, or a place's access points: about the effect
+of a phone's orientation."""
 SURE = 3.0
-"""Standard deviations from which on an access point that changed also changed a place."""
+"""Standard deviations from which a changed access point also changes a place."""
 GONE_SHARE = 0.05
-"""An access point is gone where less than this share of its loudness is left."""
+"""An access point is gone if less than this share of its strength remains."""
 NOTABLE_DB = 10.0
-"""Mean loudness from which on an access point that changed makes a place outdated that was not walked again."""
+"""Mean strength from which a changed access point makes a place outdated that was not walked again."""
 MOST_NOISE, MOST_SPREAD = 4.0, 3.0
-"""What the null may grow to, as variance and as spread of scores: what most access points have beyond is a change."""
+"""Bounds of the null, as variance and as spread of scores; anything beyond is a change."""
 _BIN_DB = 5.0
 _PRIOR, _PRIOR_VARIANCE_DB2 = 20.0, 9.0
-"""Degrees of freedom that a prior counts as, and the first prior."""
+"""Degrees of freedom of the prior, and its initial variance."""
 _MAD_TO_SIGMA = 1.4826
 
 UNCHANGED, CHANGED = "unchanged", "changed"
@@ -53,22 +54,22 @@ NEW, OUTDATED, NOT_WALKED = "new", "outdated", "not walked again"
 
 @dataclass(frozen=True)
 class Changes:
-    """What changed for one technology."""
+    """Changes of one technology."""
 
     technology: str
     cell_m: float
     offsets_db: Mapping[tuple[str, str], float]
-    """Of each survey and device."""
+    """Offset of each survey and device."""
     access_points: pl.DataFrame
-    """bssid, ssid; where each survey heard it loudest: base_floor, base_x, base_y, later_floor, later_x, later_y;
-    change, places (compared), score, difference_db (mean, later - base)."""
+    """bssid, ssid; the place of the strongest reading in each survey (base_floor, base_x, base_y, later_floor, later_x,
+    later_y); change, places (compared), score, difference_db (mean, later - base)."""
     places: pl.DataFrame
     """building, floor, base, later (scans), x, y (centre), change, score, size_db (root mean square change over its
-    access points), because (those that changed and were heard there)."""
+    access points), because (changed access points heard there)."""
 
 
 def survey_changes(base: Dataset, later: Dataset, technology: str, cell_m: float = CHANGE_CELL_M) -> Changes:
-    """Compare two surveys of a building; what has no label counts nowhere, hotspots that move are not compared."""
+    """Compare two surveys of a building; unlabelled data and mobile hotspots are ignored."""
     sums = place_sums({"base": base, "later": later}, technology, cell_m)
     names = _names(base, later, technology)
     mobile = names.filter("mobile")["bssid"].implode()
@@ -99,7 +100,7 @@ def _names(base: Dataset, later: Dataset, technology: str) -> pl.DataFrame:
 def _differences(heard: pl.DataFrame, places: pl.DataFrame) -> pl.DataFrame:
     """Compare each access point at each common place where either survey heard it.
 
-    Adds mean_base, mean_later (loudness, dB), difference (dB), its variance (dB^2) and z (standard deviations).
+    Adds mean_base, mean_later (strength, dB), difference (dB), its variance (dB^2) and z (standard deviations).
     """
     common = places.filter((pl.col("walks_base") > 0) & (pl.col("walks_later") > 0))
     pairs = heard.join(common, on=PLACE).with_columns(
@@ -119,9 +120,9 @@ def _differences(heard: pl.DataFrame, places: pl.DataFrame) -> pl.DataFrame:
 
 
 def _variance(pairs: pl.DataFrame) -> FloatArray:
-    """Variance (p,) (dB^2) of a walk's mean loudness at each of p pairs' levels, between walks, pooled in bins.
+    """Variance (p,) (dB^2) of a walk's mean strength at the levels of p pairs, between walks, pooled in bins.
 
-    Where few walks met it is drawn to the variance of scans within walks, and that to the one of the bin below.
+    With few walks it is shrunk towards the variance of scans within walks, and that towards the bin below.
     """
     place = (pairs["level"] // _BIN_DB).cast(pl.Int64).to_numpy()
     sums = {
@@ -136,7 +137,7 @@ def _variance(pairs: pl.DataFrame) -> FloatArray:
 
 
 def _scores(squares: FloatArray, count: FloatArray) -> FloatArray:
-    """Normal scores (k,) of mean squares of ``count`` standard normal differences, free of what moves them all."""
+    """Normal scores (k,) of mean squares of ``count`` standard normal differences, without their common shift."""
     noise = np.clip(np.median(squares), 1.0, MOST_NOISE)
     spread = 2 / (9 * count)
     score = (np.cbrt(squares / noise) - (1 - spread)) / np.sqrt(spread)
@@ -145,12 +146,12 @@ def _scores(squares: FloatArray, count: FloatArray) -> FloatArray:
 
 
 def _found(scores: FloatArray) -> BoolArray:
-    """Which scores (k,) are too great, with a share of false discoveries of at most FALSE_SHARE: a mask (k,)."""
+    """Return a mask (k,) of scores that are too large, with a share of false discoveries of at most FALSE_SHARE."""
     return np.asarray(false_discovery_control(norm.sf(scores)) <= FALSE_SHARE, dtype=np.bool_)
 
 
 def _judged_points(pairs: pl.DataFrame) -> pl.DataFrame:
-    """Judge each access point that has enough places: bssid, places, score, difference_db, change."""
+    """Test each access point with enough places: bssid, places, score, difference_db, change."""
     table = (
         pairs.group_by("bssid")
         .agg(
@@ -173,12 +174,12 @@ def _judged_points(pairs: pl.DataFrame) -> pl.DataFrame:
 
 
 def _size_db() -> pl.Expr:
-    """Root mean square change, dB: what differences have beyond their variance."""
+    """Root mean square change, dB: the part of the differences beyond their variance."""
     return (pl.col("difference") ** 2 - pl.col("variance")).mean().clip(0.0).sqrt()
 
 
 def _squares_without_shift() -> pl.Expr:
-    """Share of the squared differences, where both surveys heard it, that one change of power does not explain."""
+    """Share of the squared differences, at places where both surveys heard it, that no change of power explains."""
     both = (pl.col("mean_base") > _BIN_DB) & (pl.col("mean_later") > _BIN_DB)
     difference = pl.col("difference").filter(both)
     left = (difference - difference.median()) ** 2
@@ -186,7 +187,7 @@ def _squares_without_shift() -> pl.Expr:
 
 
 def _kind_of_change() -> pl.Expr:
-    """Name a change: what is gone, new, of another power (half of the differences' squares or more), else moved."""
+    """Name a change: gone, new, other power (which explains at least half of the squared differences), else moved."""
     base, later = pl.col("loud_base"), pl.col("loud_later")
     power = pl.when(pl.col("difference_db") > 0).then(pl.lit(LOUDER)).otherwise(pl.lit(FAINTER))
     return (
@@ -201,7 +202,7 @@ def _kind_of_change() -> pl.Expr:
 
 
 def _judged_places(pairs: pl.DataFrame, changed: pl.Expr) -> pl.DataFrame:
-    """Judge each common place: PLACE, score, size_db (over all its access points), because, change."""
+    """Test each common place: PLACE, score, size_db (over all its access points), because, change."""
     sure = changed & (pl.col("z").abs() >= SURE) & (pl.col("difference").abs() >= LEAST_CHANGE_DB)
     others = pairs.filter(~changed).group_by(PLACE).agg(squares=(pl.col("z") ** 2).mean(), count=pl.len()).sort(PLACE)
     if len(others):
@@ -219,7 +220,7 @@ def _judged_places(pairs: pl.DataFrame, changed: pl.Expr) -> pl.DataFrame:
 
 
 def _access_points(names: pl.DataFrame, points: pl.DataFrame, sums: PlaceSums, cell_m: float) -> pl.DataFrame:
-    """All access points of both surveys, also those that could not be compared."""
+    """All access points of both surveys, including those that could not be compared."""
     table = names.join(points, on="bssid", how="left")
     for survey in SURVEYS:
         table = table.join(_loudest(sums, survey, cell_m), on="bssid", how="left")
@@ -237,7 +238,7 @@ def _access_points(names: pl.DataFrame, points: pl.DataFrame, sums: PlaceSums, c
 
 
 def _loudest(sums: PlaceSums, survey: str, cell_m: float) -> pl.DataFrame:
-    """Where a survey heard each access point loudest: the place with the greatest mean."""
+    """The place with the greatest mean of each access point in one survey."""
     heard = sums.heard.filter(pl.col(f"heard_{survey}") > 0).join(sums.places, on=PLACE)
     mean = (pl.col(f"sum_{survey}") / pl.col(f"walks_{survey}")).round(6)
     loudest = heard.sort(mean, *PLACE, descending=[True, *(False for _ in PLACE)]).group_by(
@@ -254,7 +255,7 @@ def _centre(cell_m: float) -> tuple[pl.Expr, pl.Expr]:
 
 
 def _places(judged: pl.DataFrame, sums: PlaceSums, changed: pl.Series, cell_m: float) -> pl.DataFrame:
-    """All places of both surveys; those of the base alone are outdated where an access point that changed was."""
+    """All places of both surveys; those in the base only are outdated if a changed access point was there."""
     lost = sums.heard.filter(pl.col("bssid").is_in(changed)).join(
         sums.places.filter(pl.col("walks_later") == 0), on=PLACE
     )
@@ -295,7 +296,7 @@ CHANGED_POINTS = (APPEARED, VANISHED, MOVED, LOUDER, FAINTER)
 
 
 class SurveyDeviceOffset(Record):
-    """How much louder a phone hears than the mean of all phones, dB."""
+    """How much stronger a phone's readings are than the mean of all phones, dB."""
 
     survey: str
     """``base`` or ``later``."""
@@ -304,36 +305,36 @@ class SurveyDeviceOffset(Record):
 
 
 class ChangedPoint(Record):
-    """An access point that changed; places are centres of cells, BCS metres."""
+    """An access point that changed. Places are centres of cells, BCS metres."""
 
     bssid: str
     ssid: str | None
     change: str
     difference_db: float
-    """Mean over its common places, later - base."""
+    """Mean over its common places, later - base, dB."""
     base_floor: int | None
     base_x: float | None
     base_y: float | None
-    """Where the base heard it loudest."""
+    """Place of its strongest reading in the base."""
     later_floor: int | None
     later_x: float | None
     later_y: float | None
 
 
 class TechnologyChanges(Record):
-    """What changed for one technology."""
+    """Changes of one technology."""
 
     technology: str
     cell_m: float
     offsets: tuple[SurveyDeviceOffset, ...]
     access_points: dict[str, int]
-    """How many there are of each kind of change."""
+    """Number of access points by kind of change."""
     places: dict[str, int]
     changed: tuple[ChangedPoint, ...]
 
 
 class SurveyChanges(Record):
-    """What changed between a data set and a later survey."""
+    """Changes between a data set and a later survey of the same building."""
 
     base: str
     later: str
@@ -342,24 +343,27 @@ class SurveyChanges(Record):
 
 
 def survey_record(base: str, later: str, changes: Sequence[Changes]) -> SurveyChanges:
-    """Sum up what changed between the data sets of these names."""
+    """Summarise the changes between the data sets of these names."""
     technologies = tuple(_record(one) for one in changes)
     findings = tuple(finding for one in technologies for finding in _findings(one))
     return SurveyChanges(base=base, later=later, technologies=technologies, findings=findings)
 
 
 def _findings(one: TechnologyChanges) -> tuple[Finding, ...]:
-    """Doubt that both surveys are of one building where hardly anything stayed."""
+    """Report that almost everything changed, or that nothing could be compared: it may be another building."""
     compared = len(one.changed) + one.access_points.get(UNCHANGED, 0)
     if not compared:
         count = sum(one.places.values())
-        message = f"{one.technology}: the surveys share no place, or heard too little there: what changed is unknown"
+        message = (
+            f"{one.technology}: the surveys have no place in common, or too few readings there, so changes cannot be "
+            "detected"
+        )
         return (Finding(kind=NOTHING_COMPARED, file="", count=count, message=message),)
     if 2 * len(one.changed) <= compared:
         return ()
     message = (
-        f"{one.technology}: of {compared} access points {len(one.changed)} changed; is the later survey of the same "
-        "building, and are its floors numbered and measured in the same way?"
+        f"{one.technology}: {len(one.changed)} of {compared} access points changed. Check that the later survey is of "
+        "the same building, with the same floor numbers and coordinates"
     )
     return (Finding(kind=MOST_CHANGED, file="", count=len(one.changed), message=message),)
 

@@ -1,7 +1,6 @@
-"""Whether two data sets (or labelled folders) are the same within a tolerance, and where they are not.
+"""Compares two data sets, outputs of ``process`` or folders in the published labelled layout within a tolerance.
 
-Two folders are compared by tables with the same keys: data sets, labels that ``process`` wrote, or the published
-labelled layout.
+Tables with the same keys are compared.
 """
 
 from __future__ import annotations
@@ -28,38 +27,38 @@ from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE
 from vislam2tag.labeling.tables import TRAJECTORY
 
 POSITIONS = (("x", "y"), ("x_median", "y_median"), ("x_start", "y_start"), ("x_end", "y_end"), ("x_coord", "y_coord"))
-"""Pairs of columns that are a position: their difference is a distance."""
+"""Pairs of columns that form a position; their difference is a distance."""
 ROWS_NAMED = 5
 _ROW = "__row"
 
 
 class ColumnDifference(Record):
-    """One column (or the two of a position) whose values differ in some rows."""
+    """One column (or the two of a position) with different values in some rows."""
 
     column: str
     rows: int
     greatest: float | None
-    """Greatest difference in the column's unit; None where values are no numbers, or one is missing."""
+    """Greatest difference in the column's unit; None if values are not numbers, or one is missing."""
     where: str
-    """Key of the row with the greatest difference, else of the first that differs."""
+    """Key of the row with the greatest difference, or of the first row that differs."""
 
 
 class TableDifferences(Record):
-    """What differs between two tables of one session (or of the whole set)."""
+    """Differences between two tables of one session (or of the whole set)."""
 
     session: str
     table: str
     matched: int
     """Rows whose key is in both."""
     missing: int
-    """Rows that only the first has."""
+    """Rows that only the first table has."""
     extra: int
-    """Rows that only the second has."""
+    """Rows that only the second table has."""
     missing_rows: tuple[str, ...] = ()
-    """Keys of the first few of them."""
+    """Keys of the first few of these rows."""
     extra_rows: tuple[str, ...] = ()
     missing_columns: tuple[str, ...] = ()
-    """Columns that only the first has, or whose type differs."""
+    """Columns that only the first table has, or whose type differs."""
     extra_columns: tuple[str, ...] = ()
     columns: tuple[ColumnDifference, ...] = ()
 
@@ -74,8 +73,8 @@ def compare_tables(
 ) -> TableDifferences:
     """Compare row by row; rows with equal keys are matched in their order.
 
-    Positions may lie ``tolerance`` metres apart, and numbers that are no whole numbers differ by as much in their own
-    unit; times, whole numbers and texts must be equal. A missing value equals a missing value only.
+    Positions may differ by ``tolerance`` metres, and fractional numbers by the same value in their own unit. Times,
+    whole numbers and texts must be equal. A missing value equals only a missing value.
     """
     both = [name for name in one.columns if name in other.columns and _alike(one.schema[name], other.schema[name])]
     missing, extra, pairs = _matched(one.select(both), other.select(both), keys)
@@ -95,14 +94,14 @@ def compare_tables(
 
 
 def _alike(one: pl.DataType, other: pl.DataType) -> bool:
-    """Whether values of two types can be compared: widths of numbers do not matter."""
+    """Whether values of two types can be compared; widths of numbers do not matter."""
     return one == other or (one.is_numeric() and other.is_numeric())
 
 
 def _matched(
     one: pl.DataFrame, other: pl.DataFrame, keys: Sequence[str]
 ) -> tuple[pl.DataFrame, pl.DataFrame, pl.DataFrame]:
-    """Rows of one, rows of the other, and pairs (the other's columns with ``_other``) in the order of one."""
+    """Rows of one only, rows of the other only, and pairs (the other's columns with ``_other``) in the order of one."""
     on = [*keys, _ROW]
     numbered = pl.int_range(pl.len()).over(keys).alias(_ROW)
     one, other = one.with_columns(numbered), other.with_columns(numbered)
@@ -119,7 +118,7 @@ def _names(rows: pl.DataFrame, keys: Sequence[str]) -> tuple[str, ...]:
 
 
 def _compared(columns: Sequence[str], keys: Sequence[str]) -> list[tuple[str, ...]]:
-    """Positions as pairs, every other column that is no key by itself."""
+    """Positions as pairs; every other column that is not a key alone."""
     positions = [pair for pair in POSITIONS if set(pair) <= set(columns)]
     used = {name for pair in positions for name in pair} | set(keys)
     return [*positions, *((name,) for name in columns if name not in used)]
@@ -143,7 +142,7 @@ def _difference(
 
 
 def _size(pairs: pl.DataFrame, name: str) -> pl.Series:
-    """How much a column differs in each pair of rows; infinite where values cannot be subtracted and are unequal."""
+    """Difference of a column in each pair of rows; infinite if values are unequal and cannot be subtracted."""
     one, other = pairs[name], pairs[f"{name}_other"]
     unequal = one.ne_missing(other)
     size = pl.select(pl.when(unequal).then(float("inf")).otherwise(0.0)).to_series()
@@ -161,7 +160,7 @@ def _size(pairs: pl.DataFrame, name: str) -> pl.Series:
 
 
 def _greatest_in_lists(one: pl.Series, other: pl.Series) -> pl.Series:
-    """Greatest difference between two lists of numbers of one length; null where lengths differ."""
+    """Greatest difference between two lists of numbers of equal length; null if lengths differ."""
     lists = pl.DataFrame({"one": one, "other": other}).with_row_index("row")
     equal = lists.filter(pl.col("one").list.len() == pl.col("other").list.len()).explode("one", "other")
     greatest = equal.group_by("row").agg(apart=(pl.col("one") - pl.col("other")).abs().max().cast(pl.Float64))
@@ -170,9 +169,9 @@ def _greatest_in_lists(one: pl.Series, other: pl.Series) -> pl.Series:
 
 DATASET, LABELS, ANNOTATED = "data set", "labels", "annotated files"
 WHOLE_SET = ""
-"""Stands for the session of tables that belong to none."""
+"""Session of tables that belong to none."""
 _FACTS = {"floors", "frame", "clock", "groupings", "bssid_key"}
-"""What of a manifest must be equal (of floors all but the file of the plan): the rest says who, when and how."""
+"""Parts of a manifest that must be equal (floors without the plan file). The rest records who, when and how."""
 
 
 ComparedTable = tuple[tuple[str, ...], Callable[[], pl.DataFrame]]
@@ -181,7 +180,7 @@ ComparedTable = tuple[tuple[str, ...], Callable[[], pl.DataFrame]]
 
 @dataclass(frozen=True)
 class ComparedFolder:
-    """What a folder holds, by session and table."""
+    """Content of a folder, by session and table."""
 
     kind: str
     tables: Mapping[tuple[str, str], ComparedTable]
@@ -194,7 +193,7 @@ class ComparedFolder:
 
 
 def comparable(folder: Path) -> ComparedFolder:
-    """Look what a folder holds; raises UsageError where it is nothing that can be compared."""
+    """List the tables of a folder; raises UsageError if it contains nothing that can be compared."""
     if is_dataset(folder):
         return _of_dataset(open_dataset(folder))
     if _is_output(folder):
@@ -203,7 +202,7 @@ def comparable(folder: Path) -> ComparedFolder:
     if annotated:
         return ComparedFolder(ANNOTATED, annotated)
     raise UsageError(
-        f"{folder}: holds nothing to compare; give data sets, outputs of `vislam2tag process`, or folders with "
+        f"{folder}: contains nothing to compare; pass data sets, outputs of `vislam2tag process`, or folders with "
         f"{' or '.join(ANNOTATED_FILES)} in their sessions"
     )
 
@@ -244,7 +243,7 @@ def _is_output(folder: Path) -> bool:
 
 
 def _of_output(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable]]:
-    """Tables of the sessions that are done; readings are known by their line in the raw file, frames by their time."""
+    """Tables of finished sessions; readings are identified by their line in the raw file, frames by their time."""
     for result in sorted((folder / RESULTS).glob("*.json")):
         for path in (table / f"{result.stem}.parquet" for table in sorted(folder.iterdir())):
             if not path.is_file():
@@ -263,23 +262,23 @@ def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable
 
 
 class Comparison(Record):
-    """What differs between a first and a second folder."""
+    """Differences between two folders."""
 
     kind: str
     tolerance: float
     tables: int
-    """Tables compared: one a session and name."""
+    """Number of compared tables, counted for each session."""
     rows: int
     """Rows whose key is in both."""
     missing_sessions: tuple[str, ...]
-    """Sessions that only the first has."""
+    """Sessions that only the first folder has."""
     extra_sessions: tuple[str, ...]
     facts: tuple[str, ...]
     """Entries of the manifests that differ."""
     differences: tuple[TableDifferences, ...]
-    """Of the tables that differ alone, by session."""
+    """The tables that differ, by session."""
     labels: LabelComparison | None = None
-    """Two outputs of ``process`` walk by walk, in metres; None for other folders."""
+    """Comparison of two outputs of ``process`` walk by walk, in metres; None for other folders."""
 
     @property
     def same(self) -> bool:
@@ -288,11 +287,12 @@ class Comparison(Record):
 
 
 def compare(first: AnyPath, second: AnyPath, tolerance: float, progress: Progress[int] = silent) -> Comparison:
-    """Compare two folders, or addresses of folders in object storage, one table of one session at a time.
+    """Compare two folders, or addresses of folders in object storage. Tables are read one session at a time.
 
-    ``tolerance``: metres for positions, the own unit of any other column with fractions.
-    Raises UsageError where the folders contain nothing to compare or different kinds, DatasetError where a
-    table cannot be read.
+    ``tolerance`` is in metres for positions, and in the column's own unit for other fractional numbers.
+
+    Raises UsageError if the folders contain nothing to compare or are of different kinds, and DatasetError if a table
+    cannot be read.
     """
     first, second = Path(first), Path(second)
     with folder_at_hand(first) as one, folder_at_hand(second) as other:
@@ -303,8 +303,8 @@ def _comparison(first: Path, second: Path, tolerance: float, progress: Progress[
     one, other = comparable(first), comparable(second)
     if one.kind != other.kind:
         raise UsageError(
-            f"{first} is of the kind {one.kind}, {second} of the kind {other.kind}: only the same can be compared; "
-            "make data sets or an export of both"
+            f"{first} contains {one.kind}, but {second} contains {other.kind}; only folders of one kind can be "
+            "compared. Make data sets or an export of both"
         )
     missing, extra = sorted(one.sessions - other.sessions), sorted(other.sessions - one.sessions)
     compared = sorted(key for key in {*one.tables, *other.tables} if key[0] not in {*missing, *extra})
@@ -332,7 +332,7 @@ def _comparison(first: Path, second: Path, tolerance: float, progress: Progress[
 def _table_compared(
     session: str, table: str, one: ComparedFolder, other: ComparedFolder, tolerance: float
 ) -> TableDifferences:
-    """Compare one table; one that is on one side only is all missing or all extra."""
+    """Compare one table; a table on one side only is entirely missing or extra."""
     compared = one.tables.get((session, table)), other.tables.get((session, table))
     keys = next(side[0] for side in compared if side is not None)
     tables = [None if side is None else side[1]() for side in compared]

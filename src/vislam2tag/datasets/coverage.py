@@ -1,9 +1,11 @@
-"""Where a data set has fingerprints, which walkable places have none near, and the walk that fills these gaps.
+"""Coverage of a data set: the cells with fingerprints, the walkable gaps between them, and walks that fill these gaps.
 
-A place counts as covered when a fingerprint lies within a radius of its cell's centre: by default 2 m, half of what is
-walked between the scans of a phone (3 to 4 s at 1 m/s), so that an unbroken walk covers its own way, and what Wi-Fi
-fingerprinting can tell apart (the paper's Table IV: mean errors of 2 to 3 m). Stops of the walk are chosen so that each
-gap lies within a radius of one; ways between them are shortest paths over walkable cells.
+A place counts as covered if a fingerprint is within a radius of its cell's centre, by default 2 m. This is half of the
+distance walked between the scans of a phone (3 to 4 s at 1 m/s), so an unbroken walk covers its own path. It is also
+about the resolution of Wi-Fi fingerprinting (the paper's Table IV: mean errors of 2 to 3 m).
+
+The stops of a walk are chosen so that each gap is within a radius of one. Between them the walk takes the shortest path
+over walkable cells.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ _PATHS = (
     (IMU_WINDOWS, "x_start", "y_start", "sigma_start"),
     (IMU_WINDOWS, "x_end", "y_end", "sigma_end"),
 )
-"""Further tables that say where a walk went, and how sure that is."""
+"""Tables that contain further positions of walks, with their sigmas."""
 _EPSILON = 1e-9
 
 
@@ -49,33 +51,33 @@ class FloorCoverage:
     storey: Storey
     grid: CellGrid
     fingerprints: Mapping[str, IntArray]
-    """Labelled fingerprints a cell, by device."""
+    """Labelled fingerprints in each cell, by device."""
     walkable: BoolArray
-    """Cells that a labelled walk touched (as far as that is sure), and those of a walkable area that is given."""
+    """Cells that a labelled walk certainly touched, and those of a given walkable area."""
     covered: BoolArray
-    """Walkable cells with a fingerprint near."""
+    """Walkable cells with a fingerprint within the radius."""
     far: int
-    """Labelled fingerprints that lie too far from the others to be drawn, and are left out."""
+    """Labelled fingerprints that are too far from the others to be drawn, and are skipped."""
 
     @property
     def total(self) -> IntArray:
-        """(rows, columns) labelled fingerprints a cell, of all devices."""
+        """(rows, columns) labelled fingerprints in each cell, of all devices."""
         return _sum(self.fingerprints, self.grid)
 
     @property
     def gaps(self) -> BoolArray:
-        """(rows, columns) walkable cells without a fingerprint near."""
+        """(rows, columns) walkable cells without a fingerprint within the radius."""
         missing: BoolArray = self.walkable & ~self.covered
         return missing
 
     @property
     def tells(self) -> bool:
-        """Whether more is walkable than the fingerprints' own cells: else coverage says nothing."""
+        """Whether more is walkable than the fingerprints' own cells; otherwise coverage is meaningless."""
         return bool((self.walkable & (self.total == 0)).any())
 
     @property
     def share(self) -> float | None:
-        """Share of the walkable cells that are covered; None where there is no walkable cell."""
+        """Share of the walkable cells that are covered; None without walkable cells."""
         walkable = int(self.walkable.sum())
         return int(self.covered.sum()) / walkable if walkable else None
 
@@ -87,7 +89,7 @@ def coverage(
     walkable: Mapping[Storey, WalkableArea] | None = None,
 ) -> tuple[FloorCoverage, ...]:
     """Count the cells of every floor that has a label or a walkable area, in order.
-
+    One walk at a time is in memory, besides the cells.
     One walk at a time is in memory, and the cells.
     """
     settings, walkable = settings or CoverageSettings(), walkable or {}
@@ -112,12 +114,12 @@ def coverage(
 
 
 def _known_within(positions: pl.LazyFrame, sigma: str, radius_m: float) -> pl.LazyFrame:
-    """Leave out positions less sure than the radius: nobody may have been there. An unknown sigma tells nothing."""
+    """Skip positions with a larger sigma than the radius, which may be wrong; those without a sigma are kept."""
     return positions.filter(pl.col(sigma).fill_null(0.0) <= radius_m)
 
 
 def _grid_table(walkable: Mapping[Storey, WalkableArea]) -> pl.DataFrame:
-    """The grids of the floors that have one of their own: building, floor, left_m, low_m, own_m (side of a cell)."""
+    """The grids of floors that have their own: building, floor, left_m, low_m, own_m (side of a cell)."""
     schema = {"building": pl.String, "floor": pl.Int32, "left_m": pl.Float64, "low_m": pl.Float64, "own_m": pl.Float64}
     rows = [(*storey, *area.origin_m, area.cell_m) for storey, area in walkable.items()]
     return pl.DataFrame(rows, schema=schema, orient="row")
@@ -125,7 +127,7 @@ def _grid_table(walkable: Mapping[Storey, WalkableArea]) -> pl.DataFrame:
 
 @dataclass
 class _CellCounts:
-    """Cells by building, floor, row and column of the floor's own grid, else of one that begins at the BCS's origin."""
+    """Cells by building, floor, row and column of the floor's own grid, or of one from the BCS origin."""
 
     grids: pl.DataFrame
     cell_m: float
@@ -134,7 +136,7 @@ class _CellCounts:
 
     @classmethod
     def of(cls, walkable: Mapping[Storey, WalkableArea], cell_m: float) -> _CellCounts:
-        """Begin without any; ``cell_m`` is the side of cells where no walkable area has its own."""
+        """Start with no counts; ``cell_m`` is the side of cells on floors without a walkable area."""
         counts = {**_CELL, "device": pl.String(), "count": pl.Int64()}
         return cls(
             _grid_table(walkable),
@@ -149,7 +151,7 @@ class _CellCounts:
         self.counts.add(counts.collect(engine="streaming"))
 
     def mark(self, positions: pl.LazyFrame, x: str, y: str) -> None:
-        """Note the cells in which positions lie."""
+        """Mark the cells that contain positions."""
         self.touched.add(self._located(positions, x, y).select(*_CELL).unique().collect(engine="streaming"))
 
     def _located(self, positions: pl.LazyFrame, x: str, y: str) -> pl.LazyFrame:
@@ -172,7 +174,7 @@ def _at(cells: pl.DataFrame, storey: Storey) -> pl.DataFrame:
 def _floor(
     storey: Storey, counts: pl.DataFrame, touched: pl.DataFrame, area: WalkableArea | None, settings: CoverageSettings
 ) -> FloorCoverage:
-    """Lay the cells of one floor into arrays."""
+    """Put the cells of one floor into arrays."""
     cells = touched.select("row", "column").to_numpy()
     near = around_most(cells)
     first, last = _span(cells[near], area.mask.shape if area else (0, 0))
@@ -218,7 +220,7 @@ def _laid(grid: CellGrid, counts: pl.DataFrame) -> IntArray:
 
 
 def _distance_m(found: BoolArray, cell_m: float) -> FloatArray:
-    """Metres (rows, columns) from each cell's centre to that of the nearest ``found`` one; infinite where none is."""
+    """Distance (rows, columns) from each cell's centre to that of the nearest ``found`` cell, metres, or infinity."""
     if not found.any():
         return np.full(found.shape, np.inf)
     return np.asarray(distance_transform_edt(~found, sampling=cell_m), dtype=np.float64)
@@ -226,27 +228,27 @@ def _distance_m(found: BoolArray, cell_m: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class GapWalk:
-    """A walk over walkable cells of one floor; a floor whose walkable cells hang not together takes several."""
+    """A walk over walkable cells of one floor. A floor with unconnected parts needs several."""
 
     points_m: FloatArray
-    """Corners of the way (k, 2), BCS."""
+    """Corners of the path (k, 2), BCS."""
     stops_m: FloatArray
-    """Where it comes near each gap, in order (s, 2), BCS."""
+    """Stops near the gaps, in order (s, 2), BCS."""
     length_m: float
     gap_cells: int
-    """Cells that it fills."""
+    """Number of cells that it fills."""
 
     def minutes(self, speed_m_s: float = WALKING_M_S) -> float:
-        """How long it takes."""
+        """Duration of the walk."""
         return self.length_m / speed_m_s / 60
 
 
 def gap_walks(
     coverage: FloorCoverage, radius_m: float = 2.0, start_m: tuple[float, float] | None = None
 ) -> tuple[GapWalk, ...]:
-    """Plan the walks that come within ``radius_m`` of every gap, the one that fills most first.
+    """Plan walks that come within ``radius_m`` of every gap, the most useful one first.
 
-    A walk begins at the walkable cell nearest to ``start_m`` where that is in its part of the floor, else anywhere.
+    A walk starts at the walkable cell nearest to ``start_m`` if that is in its part of the floor, else anywhere.
     """
     if not coverage.gaps.any():
         return ()
@@ -262,9 +264,9 @@ def gap_walks(
 
 
 def walk_graph(coverage: FloorCoverage) -> tuple[FloatArray, csr_array]:
-    """The walkable cells as a graph: their centres (n, 2), and the metres (n, n) between neighbours.
+    """The walkable cells as a graph: their centres (n, 2), and the distances (n, n) between neighbours, metres.
 
-    A diagonal step needs both cells beside it, so that no corner is cut.
+    A diagonal step needs both adjacent cells, so that paths do not cut corners.
     """
     walkable, cell_m = coverage.walkable, coverage.grid.cell_m
     number = np.cumsum(walkable.ravel()).reshape(walkable.shape) - 1
@@ -284,13 +286,13 @@ def walk_graph(coverage: FloorCoverage) -> tuple[FloatArray, csr_array]:
 
 
 def _ways_between(graph: csr_array, places: IntArray) -> tuple[FloatArray, IntArray]:
-    """Lengths (s, s) of the shortest ways between places, and for each way back the place before (s, n)."""
+    """Lengths (s, s) of the shortest paths between places, and the predecessor of each cell on the way back (s, n)."""
     rows = [dijkstra(graph, directed=False, indices=place, return_predecessors=True) for place in places]
     return np.array([length[places] for length, _ in rows]), np.array([before for _, before in rows])
 
 
 def _walk(places_m: FloatArray, graph: csr_array, gaps: IntArray, radius_m: float, start: int | None) -> GapWalk:
-    """Plan one walk past gaps (g,), from the cell ``start`` where it is given; cells are indices."""
+    """Plan one walk past gaps (g,), from the cell ``start`` if given; cells are indices."""
     stops = gaps[covering_stops(places_m[gaps], radius_m)]
     places = stops if start is None else np.append(start, stops)
     length_m, before = _ways_between(graph, places)
@@ -306,7 +308,7 @@ def _walk(places_m: FloatArray, graph: csr_array, gaps: IntArray, radius_m: floa
 
 
 def _way(before: IntArray, start: int, stop: int) -> IntArray:
-    """Cells (k,) from ``start``, left out, to ``stop``; ``before`` (n,) is each cell's place before on the way."""
+    """Cells (k,) from ``start`` (excluded) to ``stop``; ``before`` (n,) is the predecessor of each cell."""
     way = []
     while stop != start:
         way.append(stop)
@@ -315,7 +317,7 @@ def _way(before: IntArray, start: int, stop: int) -> IntArray:
 
 
 def _corners(points_m: FloatArray) -> FloatArray:
-    """Leave out the points (k, 2) in which a way goes straight on."""
+    """Remove the points (k, 2) at which a path goes straight on."""
     if len(points_m) < 3:
         return points_m
     into, out = np.diff(points_m[:-1], axis=0), np.diff(points_m[1:], axis=0)
@@ -324,7 +326,7 @@ def _corners(points_m: FloatArray) -> FloatArray:
 
 
 class WalkRecord(Record):
-    """One walk to make; corners and stops are in the BCS, metres, in order."""
+    """One walk to make. Corners and stops are in the BCS, metres, in order."""
 
     length_m: float
     minutes: float
@@ -334,7 +336,7 @@ class WalkRecord(Record):
 
 
 class FloorCoverageRecord(Record):
-    """One floor."""
+    """Coverage of one floor."""
 
     building: str
     floor: int
@@ -342,7 +344,7 @@ class FloorCoverageRecord(Record):
     walkable_m2: float
     covered_m2: float
     share: float | None
-    """None where only the fingerprints themselves tell what is walkable."""
+    """Covered share of the walkable cells; None if only the fingerprints themselves show what is walkable."""
     fingerprints: int
     far: int
     """Fingerprints too far from the others to be counted."""
@@ -350,7 +352,7 @@ class FloorCoverageRecord(Record):
 
 
 class CoverageRecord(Record):
-    """All floors."""
+    """Coverage of all floors."""
 
     settings: CoverageSettings
     technology: str
@@ -358,7 +360,7 @@ class CoverageRecord(Record):
 
 
 def floor_record(coverage: FloorCoverage, walks: Sequence[GapWalk]) -> FloorCoverageRecord:
-    """Reduce one floor's cells."""
+    """Summarise one floor's cells."""
     building, floor = coverage.storey
     cell_m2 = coverage.grid.cell_m**2
     return FloorCoverageRecord(

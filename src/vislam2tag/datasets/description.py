@@ -1,6 +1,6 @@
-"""What only people know of a data set: title, licence, creators ... from a ``dataset.toml``.
+"""Facts about a data set that only its makers know (title, licence, creators), from a ``dataset.toml``.
 
-docs/how-to/publish.md tells more.
+See docs/how-to/publish.md.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vislam2tag.datasets.model import DatasetInfo, FloorInfo
 
 DESCRIPTION_FILE = "dataset.toml"
-"""Also the name of the file that each data set's folder holds, filled in as far as known."""
+"""Name of the file; each data set's folder contains one, filled in as far as known."""
 DataCiteRelation = Literal[
     "IsDescribedBy",
     "IsDocumentedBy",
@@ -44,7 +44,7 @@ DataCiteRelation = Literal[
     "IsVariantFormOf",
     "Requires",
 ]
-"""Relations of DataCite 4.5 that a set of data can have."""
+"""Relations of DataCite 4.5 that a data set can have."""
 _DOI = re.compile(r"10\.\d{4,9}(\.\d+)?/[A-Za-z0-9:/_;\-.()\[\]\\]+")
 _ORCID = re.compile(r"(\d{4}-){3}\d{3}[\dX]")
 _ADDRESS = re.compile(r"[^@\s]+@[^@\s]+\.[^@\s]+|https?://\S+")
@@ -56,14 +56,14 @@ def _licence(text: str) -> str:
         return str(canonicalize_license_expression(text))
     except InvalidLicenseExpression as error:
         raise ValueError(
-            f"'{text}' is no SPDX licence identifier such as CC-BY-4.0, CC0-1.0, ODbL-1.0 or LicenseRef-ours"
+            f"'{text}' is not an SPDX licence identifier such as CC-BY-4.0, CC0-1.0, ODbL-1.0 or LicenseRef-ours"
         ) from error
 
 
 def _doi(text: str) -> str:
     bare = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:)", "", text, flags=re.IGNORECASE)
     if not _DOI.fullmatch(bare):
-        raise ValueError(f"'{text}' is no DOI such as 10.5281/zenodo.1234567")
+        raise ValueError(f"'{text}' is not a DOI such as 10.5281/zenodo.1234567")
     return bare
 
 
@@ -75,7 +75,7 @@ def _orcid(text: str) -> str:
         total = (total + (int(digit) if digit.isdigit() else 0)) * 2
     last = "0123456789X"[(12 - total % 11) % 11]
     if not _ORCID.fullmatch(bare) or bare[-1] != last:
-        raise ValueError(f"'{text}' is no ORCID such as 0000-0002-1825-0097 (or a digit is wrong)")
+        raise ValueError(f"'{text}' is not an ORCID such as 0000-0002-1825-0097 (check the digits)")
     return bare
 
 
@@ -91,23 +91,23 @@ def _related(text: str) -> str:
     try:
         return _doi(text)
     except ValueError:
-        raise ValueError(f"'{text}' is no DOI, arXiv:number or URL") from None
+        raise ValueError(f"'{text}' is not a DOI, arXiv:number or URL") from None
 
 
 NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
 class Person(Record):
-    """Who made the data set."""
+    """A person or organisation that made the data set."""
 
     name: NonEmptyText
-    """``Family, Given``; without a comma it is an organisation."""
+    """``Family, Given``; a name without a comma is an organisation."""
     affiliation: NonEmptyText | None = None
     orcid: Annotated[str, AfterValidator(_orcid)] | None = None
 
 
 class Funding(Record):
-    """Who paid for the data set."""
+    """A funder of the data set."""
 
     funder: NonEmptyText
     award: NonEmptyText | None = None
@@ -115,7 +115,7 @@ class Funding(Record):
 
 
 class Related(Record):
-    """Something that a data set relates to: a paper, the raw data, an earlier version."""
+    """A related work: a paper, the raw data, an earlier version."""
 
     identifier: Annotated[NonEmptyText, AfterValidator(_related)]
     """A DOI (``10...``), ``arXiv:...`` or a URL."""
@@ -124,7 +124,7 @@ class Related(Record):
 
 
 class _FloorEntry(Record):
-    """Where a floor lies on the earth."""
+    """Georeference of a floor."""
 
     number: int
     building: str = ""
@@ -134,7 +134,7 @@ class _FloorEntry(Record):
 
 
 class Description(Record):
-    """A ``dataset.toml``: every field may be left out, and what is left out stays unknown."""
+    """The content of a ``dataset.toml``. Every field is optional."""
 
     title: NonEmptyText | None = None
     description: NonEmptyText | None = None
@@ -162,16 +162,16 @@ _PARTS: Mapping[str, type[Record]] = {
 def read_description(path: Path) -> Description:
     """Read a ``dataset.toml``.
 
-    Raises DatasetError, naming file and field, where it cannot be read or says what a description cannot be.
+    Raises DatasetError with file and field if it cannot be read or a value is invalid.
     """
     try:
         values = read_toml_values(path)
     except OSError as error:
         raise DatasetError(
-            f"{path}: cannot be read ({error.strerror}); each data set's folder holds a {DESCRIPTION_FILE} to fill in"
+            f"{path}: cannot be read ({error.strerror}); fill in the {DESCRIPTION_FILE} in the data set's folder"
         ) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise DatasetError(f"{path}: is no TOML file ({error}); correct it") from error
+        raise DatasetError(f"{path}: not a valid TOML file ({error}); correct it") from error
     try:
         return Description.model_validate(values)
     except ValidationError as error:
@@ -179,9 +179,9 @@ def read_description(path: Path) -> Description:
 
 
 def with_description(info: DatasetInfo, description: Description) -> DatasetInfo:
-    """Put a description into a manifest; what it does not say stays as it is.
+    """Put a description into a manifest. Fields without a value keep that of the manifest.
 
-    Raises DatasetError where it describes a floor that the set does not have.
+    Raises DatasetError if it describes a floor that the data set does not have.
     """
     names = description.model_fields_set - {"floors"}
     stated = {name: value for name in names if (value := getattr(description, name)) or name not in _PARTS}
@@ -195,36 +195,38 @@ def _georeferenced(floors: tuple[FloorInfo, ...], parts: tuple[_FloorEntry, ...]
         key = (part.building, part.number)
         if key not in found:
             there = ", ".join(f"{building} {number}".strip() for building, number in found)
-            raise DatasetError(f"{DESCRIPTION_FILE}: floors: the set has no floor {part.number}; there are: {there}")
+            raise DatasetError(
+                f"{DESCRIPTION_FILE}: floors: the data set has no floor {part.number}; its floors: {there}"
+            )
         place = Georeference(**part.model_dump(exclude={"number", "building"}))
         found[key] = found[key].model_copy(update={"georeference": place})
     return tuple(found.values())
 
 
 def missing_fields(info: DatasetInfo) -> tuple[str, ...]:
-    """Return the fields that whoever publishes a set should state and nobody has, in the template's order."""
+    """Return the recommended fields for publication that have no value, in the template's order."""
     wanted = ("title", "description", "licence", "creators", "keywords", "version", "published", "publisher", "contact")
     return tuple(name for name in wanted if not getattr(info, name))
 
 
 _TEMPLATE = (
     ("title", "", "A data set of Wi-Fi fingerprints of our building"),
-    ("description", "what it is, where and how it was recorded, what it is good for", "Recorded by ..."),
+    ("description", "contents, place and way of recording, intended use", "Recorded by ..."),
     ("licence", "SPDX identifier", "CC-BY-4.0"),
     ("keywords", "", ("indoor positioning", "Wi-Fi fingerprints")),
     ("version", "", "1.0.0"),
     ("published", "a date without quotation marks", dt.date(2026, 3, 1)),
     ("publisher", "the repository, such as Zenodo", "Zenodo"),
-    ("doi", "where the repository has reserved one", "10.5281/zenodo.1234567"),
+    ("doi", "if the repository has reserved one", "10.5281/zenodo.1234567"),
     ("contact", "e-mail address or URL", "maps@example.org"),
 )
 _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     (
         "creators",
-        "one block a person, Family, Given; or an organisation, without comma",
+        "one block for each person (Family, Given) or organisation (without a comma)",
         {"name": "Carberry, Josiah", "affiliation": "Brown University", "orcid": "0000-0002-1825-0097"},
     ),
-    ("funding", "one block a grant", {"funder": "A foundation", "award": "12345"}),
+    ("funding", "one block for each grant", {"funder": "A foundation", "award": "12345"}),
     (
         "related",
         f"DOI, arXiv:number or URL; relation: {', '.join(get_args(DataCiteRelation))}",
@@ -232,18 +234,18 @@ _TABLES: tuple[tuple[str, str, Mapping[str, object]], ...] = (
     ),
     (
         "floors",
-        "one block a floor: where its plan's lower left corner lies (WGS84), where up on the plan points, clockwise "
-        "from true north; building where there are several",
+        "one block for each floor: position of the plan's lower left corner (WGS84), direction of up on the plan "
+        "(clockwise from true north), building if there are several",
         {"number": 1, "latitude_deg": 50.7796, "longitude_deg": 6.0685, "bearing_deg": 0.0},
     ),
 )
 
 
 def description_text(info: DatasetInfo) -> str:
-    """Write a ``dataset.toml`` of what the manifest knows; what it does not know is a comment to fill in."""
+    """Write a ``dataset.toml`` from the manifest; unknown fields are comments to fill in."""
     lines = [
-        "# What only people know of this data set. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
-        "# Everything may be left out; a line that begins with # says nothing.",
+        "# Facts about the data set that only you know. Fill in, then: vislam2tag dataset ... --describe dataset.toml",
+        "# All fields are optional. Lines that begin with # are comments.",
         "",
     ]
     for name, comment, example in _TEMPLATE:
@@ -273,10 +275,10 @@ def _line(item: tuple[str, object]) -> str:
 
 
 def _wrong_field(error: ValidationError) -> str:
-    """Say the first wrong field as it stands in the file, and why it is wrong."""
+    """Return the first wrong field, as it is written in the file, and why it is wrong."""
     wrong = error.errors()[0]
     place = "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in wrong["loc"]).lstrip(".")
     if wrong["type"] == "extra_forbidden":
         known = Description if len(wrong["loc"]) == 1 else _PARTS[str(wrong["loc"][0])]
-        return f"{place}: is no field of a data set's description; there are: {', '.join(known.model_fields)}"
+        return f"{place}: no such field in a data set's description; fields are: {', '.join(known.model_fields)}"
     return f"{place}: {wrong['msg'].removeprefix('Value error, ')}"

@@ -1,7 +1,8 @@
-"""Tables of fingerprints at known points: one reader, and a description of each published set or table of your own.
+"""Reader of tables of fingerprints at known points, with a description of each published data set or own table.
 
-A set is files of levels, a row a fingerprint and a column an access point, whose further columns or companion files say
-where and when each was taken. :class:`FingerprintTables` names them; the modules of :mod:`.formats` have one each.
+A data set consists of files of levels (one row for each fingerprint, one column for each access point). Further columns
+or companion files contain position and time. :class:`FingerprintTables` describes them; the modules of
+:mod:`.formats` define one each.
 """
 
 from __future__ import annotations
@@ -29,20 +30,20 @@ from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read
 from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, LevelRange
 
 LEVELS = "rss"
-"""Role of the file of levels; the only one where a name has no group ``role``."""
+"""Role of the file of levels, the only one if file names have no group ``role``."""
 FILE, FOLDER, WALK = "file", "folder", "walk"
-"""Columns that every table gets: the file's name without suffix, its folder's, and the walk's (see ``files``)."""
+"""Columns of every table: the file's name without suffix, its folder's name, and that of the walk (see ``files``)."""
 _MOST_FILES_NAMED = 2
-"""Findings of more files than these are summed over the files."""
+"""With more files than this, findings are summed over the files."""
 
 
 @dataclass(frozen=True)
 class SetDescription:
-    """Whose a set is and what its numbers count from."""
+    """Origin of a data set and reference of its numbers."""
 
     format: str
     name: str = ""
-    """Name of the data set; empty: that of the file or folder."""
+    """Name of the data set; empty: the name of the file or folder."""
     title: str = ""
     description: str = ""
     licence: str | None = None
@@ -50,12 +51,12 @@ class SetDescription:
     creators: tuple[str, ...] = ()
     frame: str = "local, metres"
     clock: Literal["boot", "unix", "none"] = "unix"
-    """What times count from, if there are any."""
+    """Reference of the times, if there are any."""
     storey_m: float | None = None
-    """Height of each storey, metres, for sets that state floors by it."""
+    """Height of each storey, metres, for data sets that give floors as heights."""
 
     def dataset(self, path: Path, found: SetContent, names: pl.DataFrame = NO_NAMES) -> Dataset:
-        """Make the data set of what was read at ``path``; ``names`` as :func:`point_dataset` takes them."""
+        """Make the data set from the content of ``path``; ``names`` as in :func:`point_dataset`."""
         rows = found.points.rows
         floors = rows["floor"].drop_nulls().unique()
         elevations_m = {floor: round(self.storey_m * floor, 3) for floor in floors} if self.storey_m else None
@@ -79,7 +80,7 @@ class SetDescription:
 
 @dataclass(frozen=True)
 class SetContent:
-    """What the files of a set contain."""
+    """Content of the files of a data set."""
 
     points: PointFingerprints
     inputs: dict[str, str]
@@ -89,18 +90,18 @@ class SetContent:
 
 @dataclass(frozen=True)
 class RowCheck:
-    """Rows that are odd but usable."""
+    """A check for rows that are odd but usable."""
 
     kind: FindingKind
     role: str
-    """Of the file that the finding names."""
+    """Role of the file that the finding names."""
     odd: pl.Expr
     message: str
 
 
 @dataclass(frozen=True)
 class WalkFiles:
-    """The files of what was recorded together, by role."""
+    """The files of one recording, by role."""
 
     folder: str
     walk: str
@@ -109,49 +110,49 @@ class WalkFiles:
 
 @dataclass(frozen=True)
 class FingerprintTables:
-    """How a set's files are named, what their columns mean and how a level that was not heard is written."""
+    """Names of a data set's files, meaning of their columns, and the level that means "not heard"."""
 
     about: SetDescription
     files: re.Pattern[str]
-    """Of a whole file name. Files with the same group ``walk`` belong together; ``role`` says what each is for."""
+    """Pattern of a whole file name. Files with the same group ``walk`` belong together; ``role`` is their purpose."""
     none_found: str
     """The message for a folder without such files."""
     fields: Mapping[str, pl.Expr]
-    """Columns of :class:`PointFingerprints` by those of the files and by FILE, FOLDER and WALK."""
+    """Columns of :class:`PointFingerprints`, computed from those of the files and FILE, FOLDER and WALK."""
     columns: Mapping[str, pl.DataType] = field(default_factory=dict)
-    """Columns of the file of levels besides those of the access points."""
+    """Columns of the file of levels other than access points."""
     access_points: re.Pattern[str] | None = None
-    """Names of their columns; None: files have no header and nothing but levels."""
+    """Pattern of the access points' columns; None: files have no header and contain only levels."""
     access_point_name: str = "{}"
-    """What an access point is called after its column."""
+    """Format of an access point's name from its column."""
     needed: tuple[str, ...] = ()
-    """Columns that say where a fingerprint is."""
+    """Columns with the position of a fingerprint."""
     gaps_allowed: bool = False
-    """Whether some rows may leave the needed columns empty: such fingerprints have no position."""
+    """Whether the needed columns may be empty in some rows, which then have no position."""
     companions: Mapping[str, Mapping[str, pl.DataType]] = field(default_factory=dict)
-    """Columns of further files without a header, by role; a single text column is read line by line."""
+    """Columns of companion files without a header, by role; a single text column is read line by line."""
     optional: tuple[str, ...] = ()
     """Roles that may be missing."""
     missing: str = ""
     """The message for a walk without a needed file, with ``{folder}``, ``{walk}`` and ``{role}``."""
     by_folder: bool = False
-    """Whether walks of one name in different folders are different walks."""
+    """Whether walks of the same name in different folders are different walks."""
     not_heard: float = NOT_HEARD
     strength: LevelRange = SIGNAL_STRENGTH
     lone_part: bool = True
     """Whether a training or test set alone makes a split."""
     recognised_by: re.Pattern[str] | None = None
-    """Of ``FOLDER/NAME`` of a file of the set; None: its name is enough."""
+    """Pattern of ``FOLDER/NAME`` of a file of the data set; None: its name is enough."""
     by_header: bool = False
-    """Whether one CSV file of any name is recognised by its columns."""
+    """Whether a CSV file of any name is recognised by its columns."""
     checks: tuple[RowCheck, ...] = ()
 
     def register(self, writes: ExportFormat | None = None) -> None:
-        """Make the format known, to be read by this description alone."""
+        """Register the format, which is read by this description."""
         register(ImportFormat(self.about.format, self.read, self.recognises, takes=("not_heard",)), writes)
 
     def recognises(self, path: Path) -> bool:
-        """Whether the names of the files are those of the set."""
+        """Whether the names of the files are those of the data set."""
         if self.by_header and path.is_file() and path.suffix.lower() == ".csv":
             return is_wide(path, frozenset(self.columns))
         roles = set()
@@ -162,11 +163,11 @@ class FingerprintTables:
         return {LEVELS, *list(self.companions)[:1]} <= roles
 
     def read(self, path: Path, context: ImportContext) -> Dataset:
-        """Read all files at a path; raises DatasetError where a file is no such table or one is missing."""
+        """Read all files at a path; raises DatasetError if a file is missing or is not such a table."""
         return self.about.dataset(path, self.content(self.rows(path, context)))
 
     def rows(self, path: Path, context: ImportContext) -> SetContent:
-        """Read the files with their own columns: ``points.rows`` has those, and FILE, FOLDER and WALK."""
+        """Read the files with their own columns; ``points.rows`` also has FILE, FOLDER and WALK."""
         walks = list(self._walks(path, folder_of(path, context.scratch, context.most_unpacked)))
         rows, heard, first_row = [], [], 0
         findings: list[Finding] = []
@@ -184,14 +185,14 @@ class FingerprintTables:
         return SetContent(points, inputs, tuple(pooled(findings) if len(walks) > _MOST_FILES_NAMED else findings))
 
     def content(self, found: SetContent) -> SetContent:
-        """Bring the files' own columns to those of :class:`PointFingerprints`."""
+        """Convert the files' own columns to those of :class:`PointFingerprints`."""
         rows = found.points.rows.select("row", **self.fields)
         if not self.lone_part and rows["part"].n_unique() < 2:
             rows = rows.with_columns(part=pl.lit(None, pl.String))
         return SetContent(PointFingerprints(rows, found.points.heard), found.inputs, found.findings)
 
     def _walks(self, path: Path, folder: Path) -> Iterator[WalkFiles]:
-        """The files by walk; raises DatasetError if there is none, or one is missing or there twice."""
+        """Yield the files by walk; raises DatasetError if there are none, or one is missing or duplicated."""
         alone = path.is_file() and path.suffix.lower() == ".csv" and not self.companions
         if alone and (self.by_header or self.files.fullmatch(path.name)):
             yield WalkFiles(path.parent.name, path.stem.lower(), {LEVELS: path})
@@ -204,9 +205,9 @@ class FingerprintTables:
                 role = _group(match, "role", LEVELS)
                 if role in files:
                     raise DatasetError(
-                        f"{path}: holds both {files[role].name} and {file.name}; expected one of each"
+                        f"{path}: contains both {files[role].name} and {file.name}; expected one of each"
                         if files[role].name != file.name
-                        else f"{path}: holds {file.name} twice; give the folder of one set"
+                        else f"{path}: contains {file.name} twice; pass the folder of one data set"
                     )
                 files[role] = file
         if not walks:
@@ -226,22 +227,20 @@ class FingerprintTables:
         for name in self.needed:
             empty = table.rows[name].is_null()
             if empty.all() and self.gaps_allowed:
-                raise DatasetError(f"{file}: has no column {name} with numbers; expected {', '.join(self.needed)}")
+                raise DatasetError(f"{file}: no column {name} with numbers; expected {', '.join(self.needed)}")
             if empty.any() and not self.gaps_allowed:
                 line = (empty.arg_max() or 0) + 2
                 raise DatasetError(f"{file}: line {line} has no {name}; expected the columns {', '.join(self.columns)}")
         return table
 
     def _described(self, each: WalkFiles, rows: pl.DataFrame) -> pl.DataFrame:
-        """Add the columns of the companion files, and where the files are."""
+        """Add the columns of the companion files, and the names of file, folder and walk."""
         parts = [rows]
         for role, columns in self.companions.items():
             file = each.files.get(role)
             part = _lines_or_columns(file, columns) if file else pl.DataFrame(schema=dict(columns)).clear(rows.height)
             if part.height != rows.height:
-                raise DatasetError(
-                    f"{file}: has {part.height} lines, expected {rows.height}, one for each line of levels"
-                )
+                raise DatasetError(f"{file}: {part.height} lines, expected {rows.height}: one for each line of levels")
             parts.append(part)
         place = {FILE: each.files[LEVELS].stem, FOLDER: each.folder, WALK: each.walk}
         return pl.concat(parts, how="horizontal").with_columns(**{name: pl.lit(text) for name, text in place.items()})
@@ -261,7 +260,7 @@ def _group(match: re.Match[str], name: str, otherwise: str) -> str:
 
 
 def _lines_or_columns(file: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
-    """Read a companion file; nulls where a line has no text."""
+    """Read a companion file; lines without text are null."""
     if list(columns.values()) != [pl.String()]:
         return read_columns(file, columns)
     (name,) = columns

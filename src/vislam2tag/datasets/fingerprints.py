@@ -1,10 +1,11 @@
-"""Fingerprints of one session: its labelled radio readings, grouped by scan or by windows of time.
+"""Fingerprints of one session: its labelled radio readings, grouped by scan or by time windows.
 
-Rows of one session after the other are written to files, which are joined at the end.
+Rows are written to files session by session and joined at the end.
 
-The labelled radio tables, each a technology, come in one form. Published practice is one position a scan, the mean over
-its readings (paper, section VII); here readings weigh by their certainty, and a cached result of an earlier scan does
-not pull. Beside: how the phone moved, heading and speed within spans of time, and the way that a walk is labelled for.
+The labelled radio tables of all technologies have the same columns. The published practice is one position for each
+scan, the mean over its readings (paper, section VII). Here readings are weighted by their information, and cached
+results of an earlier scan do not count. This module also computes the phone's heading and speed within time spans, and
+the labelled length of a walk.
 """
 
 from __future__ import annotations
@@ -33,16 +34,16 @@ from vislam2tag.site.corrections.file import session_start
 WIFI = "wifi"
 """The technology whose table ``process`` always writes."""
 TECHNOLOGIES = ("ble", WIFI)
-"""Tables of an output folder of ``process`` that become fingerprints."""
+"""Tables in the output of ``process`` that become fingerprints."""
 LEAST_SIGMA_M = 1e-3
-"""No position is surer than this; keeps weights finite."""
+"""Smallest sigma of a position, which keeps weights finite."""
 
 
 def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
-    """Give a labelled table the columns of ``wifi``, whatever its technology.
+    """Give a labelled table of any technology the columns of ``wifi``.
 
-    A BLE beacon is identified by ``UUID-MAJOR-MINOR`` where it tells them, as its address may change at any time, and
-    by its address where it does not. BLE has no scans (null) and does not tell its frequency.
+    A BLE beacon is identified by ``UUID-MAJOR-MINOR`` if it sends them, because its address may change at any time, and
+    otherwise by its address. BLE has no scans (null) and does not report its frequency.
     """
     if technology == WIFI:
         return table
@@ -56,12 +57,12 @@ def radio_rows(table: pl.DataFrame, technology: str) -> pl.DataFrame:
 
 
 def mean_position(placed: pl.Expr) -> dict[str, pl.Expr]:
-    """Aggregate ``x``, ``y``, ``z``, ``sigma`` and ``floor`` over the readings of a group where ``placed`` holds.
+    """Aggregate ``x``, ``y``, ``z``, ``sigma`` and ``floor`` over the readings of a group for which ``placed`` is true.
 
-    Positions weigh by 1 / sigma^2; an unknown sigma counts as the greatest of the group, and where none is known all
-    weigh the same. The sigma of the mean is the weighted mean of theirs: readings of one moment share the error of the
-    trajectory, which no number of them averages out. It is null where none is known; ``z`` is null unless all have
-    one. The floor is that of most readings, of equally many the lowest. All are null where nothing is placed.
+    Positions are weighted by 1 / sigma^2. An unknown sigma counts as the greatest of the group; if all are unknown,
+    weights are equal. The sigma of the mean is the weighted mean of the sigmas, because readings of one moment share
+    the error of the trajectory, which averaging does not reduce. It is null if none is known; ``z`` is null unless all
+    have one. The floor is that of most readings, in a tie the lowest. All are null if nothing is placed.
     """
     sigma = pl.col("sigma").filter(placed).clip(lower_bound=LEAST_SIGMA_M)
     known = sigma.fill_null(sigma.max()).fill_null(1.0)
@@ -81,31 +82,31 @@ def mean_position(placed: pl.Expr) -> dict[str, pl.Expr]:
 
 
 LEAST_SPAN_NS = 1_000_000_000
-"""Shorter spans are widened to this about their middle."""
+"""Shorter spans are widened to this length about their middle."""
 LEAST_LOOK = 0.5
-"""A camera that looks up or down by more than 60 degrees (horizontal part below 0.5) shows no heading."""
+"""A camera tilted by more than 60 degrees (horizontal part below 0.5) has no heading."""
 UNUSABLE = ("duplicate", "invalid")
 
 
 @dataclass(frozen=True)
 class PhoneMotion:
-    """The usable frames of a trajectory (n,), times strictly increasing, with what is summed along them."""
+    """The usable frames of a trajectory (n,), with strictly increasing times, and cumulative sums along them."""
 
     time_ns: IntArray
     positioned: BoolArray
     """Frames with a position."""
     unpositioned_before: IntArray
-    """(n + 1,) frames without a position before each one."""
+    """(n + 1,) number of frames without a position before each one."""
     look_before: FloatArray
     """(n + 1, 2) sum of the camera's horizontal viewing directions (unit length) before each frame, BCS."""
     knot_ns: IntArray
-    """(k,) times between which path length is summed."""
+    """(k,) times between which the path length is summed."""
     path_length_m: FloatArray
-    """(k,) labelled path length up to each of them, metres."""
+    """(k,) labelled path length until each of them, metres."""
 
     @classmethod
     def of(cls, trajectory: pl.DataFrame) -> PhoneMotion:
-        """Make it of a session's trajectory as ``process`` wrote it."""
+        """Make it from a session's trajectory as ``process`` wrote it."""
         frames = trajectory.filter(~pl.col("status").is_in(UNUSABLE))
         time_ns = frames["time_ns"].to_numpy()
         values = frames.select("x", "y", "qx", "qy", "qz", "qw").cast(pl.Float64).fill_null(float("nan")).to_numpy()
@@ -128,9 +129,9 @@ class PhoneMotion:
     def heading_and_speed(self, start_ns: IntArray, end_ns: IntArray) -> tuple[FloatArray, FloatArray]:
         """Heading (degrees from the BCS x axis, counter-clockwise, 0 to 360) and speed (m/s) within spans (s,).
 
-        Heading is where the camera looks, on average; NaN where the span has a frame without position, where none
-        lies in it, and where the camera looks up, down or all around. Speed is path length over time; NaN in the same
-        spans and where it is faster than anybody walks.
+        Heading is the mean viewing direction of the camera. It is NaN if the span contains a frame without position or
+        no frame, or if the camera looks up, down or all around. Speed is path length over time. It is NaN in spans with
+        such frames, and if it is faster than a person walks.
         """
         start_ns, end_ns = _widened(start_ns, end_ns)
         first = np.searchsorted(self.time_ns, start_ns)
@@ -143,7 +144,7 @@ class PhoneMotion:
         return heading, np.where(whole, self._speed(start_ns, end_ns), np.nan)
 
     def _speed(self, start_ns: IntArray, end_ns: IntArray) -> FloatArray:
-        """Way over time (s,) within spans (s,), m/s; NaN where a span is too short or faster than anybody walks."""
+        """Path length over time (s,) within spans (s,), m/s; NaN if a span is too short or the speed too high."""
         if len(self.knot_ns) < 2:
             return np.full(len(start_ns), np.nan)
         start_ns = np.maximum(start_ns, self.knot_ns[0])
@@ -159,7 +160,7 @@ class PhoneMotion:
 def _look(orientation: FloatArray) -> FloatArray:
     """Horizontal viewing direction (n, 2) of a camera (it looks along its negative z axis) by quaternions (n, 4).
 
-    Zero where the orientation is not known or the camera looks steeply up or down.
+    Zero if the orientation is unknown or the camera looks steeply up or down.
     """
     x, y, z, w = orientation.T
     look = -2.0 * np.stack((x * z + w * y, y * z - w * x), axis=1)
@@ -170,7 +171,7 @@ def _look(orientation: FloatArray) -> FloatArray:
 
 
 def _labelled_length_m(time_ns: IntArray, position: FloatArray) -> FloatArray:
-    """Sum the way (k,) over positions (k, 2); steps with an unknown end, and jumps, are no way."""
+    """Sum the path (k,) over positions (k, 2); steps with an unknown end, and jumps, do not count."""
     if not len(time_ns):
         return np.empty(0)
     return np.concatenate(([0.0], np.cumsum(steps_without_jumps(step_lengths(position), time_ns))))
@@ -184,7 +185,7 @@ def _widened(start_ns: IntArray, end_ns: IntArray) -> tuple[IntArray, IntArray]:
 
 @dataclass(frozen=True)
 class SessionWalk:
-    """Who a session is in the data set, and how its phone moved."""
+    """Identity of a session in the data set, and the motion of its phone."""
 
     session: str
     """Its slug, unique in the data set."""
@@ -196,7 +197,7 @@ class SessionWalk:
 
     @property
     def started(self) -> datetime | None:
-        """When it started: local time by its folder's name, else UTC where its frames have Unix times, else None."""
+        """Start: local time by its folder's name, else UTC if its frames have Unix times, else None."""
         named, time_ns = session_start(self.name), self.motion.time_ns
         if named is not None or not len(time_ns) or time_ns[0] < FIRST_UNIX_S * 1e9:
             return named
@@ -210,7 +211,7 @@ class SessionFingerprints:
     fingerprints: pl.DataFrame
     readings: pl.DataFrame
     names: pl.DataFrame
-    """How often each transmitter was heard by each name: columns bssid, technology, ssid, count."""
+    """How often each transmitter was heard with each name: columns bssid, technology, ssid, count."""
     findings: tuple[Finding, ...]
 
 
@@ -219,10 +220,10 @@ def fingerprints_of(
 ) -> SessionFingerprints:
     """Make the fingerprints of a session's labelled readings (:func:`radio_rows`).
 
-    Readings that an earlier row gave already (``duplicate``) and those without a level are left out and counted.
-    A fingerprint's position is the mean of its readings' by certainty (:func:`mean_position`). With
-    scans, readings older than ``settings.scan_length_s`` before the scan's newest are cached results: they stay, with
-    their own position, and the scan's position, spread and times are those of the others.
+    Repeated readings (``duplicate``) and those without a level are skipped and counted. A fingerprint's position is the
+    weighted mean of its readings' positions (:func:`mean_position`). Readings more than ``settings.scan_length_s``
+    older than the newest of their scan are cached results. They keep their own position, and the scan's position,
+    spread and times are those of the other readings.
     """
     window_s = settings.window_of(technology)
     heard, findings = _heard(rows, technology)
@@ -243,11 +244,11 @@ def fingerprints_of(
 
 
 def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
-    """Leave out what is no reading of its own, and say how much that is."""
+    """Skip rows that are not separate readings, and count them."""
     repeated = rows["status"] == "duplicate"
     mute = ~repeated & rows["rssi_dbm"].is_null()
-    again = f"{technology}: readings that an earlier row gave already (same transmitter and time) are left out"
-    none = f"{technology}: readings whose level is no measurement are left out"
+    again = f"{technology}: repeated readings (same transmitter and time) are skipped"
+    none = f"{technology}: readings without a measured level are skipped"
     findings = (
         *finding_if(int(repeated.sum()), "repeated_readings", again),
         *finding_if(int(mute.sum()), "readings_without_level", none),
@@ -256,7 +257,7 @@ def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Fin
 
 
 def _by_scan(heard: pl.DataFrame, scan_length_s: float) -> pl.DataFrame:
-    """Number by the raw file's scan; ``current``: not a cached result of long before."""
+    """Number by the raw file's scan; ``current``: not a cached result."""
     newest = pl.col("time_ns").max().over("scan")
     return heard.with_columns(
         number=pl.col("scan").cast(pl.Int64), current=pl.col("time_ns") >= newest - round(scan_length_s * 1e9)
@@ -264,13 +265,13 @@ def _by_scan(heard: pl.DataFrame, scan_length_s: float) -> pl.DataFrame:
 
 
 def _by_window(heard: pl.DataFrame, window_s: float) -> pl.DataFrame:
-    """Number by windows of the clock, counted from the one that holds the session's first reading."""
+    """Number by windows of the clock, counted from the window of the session's first reading."""
     window = pl.col("time_ns") // round(window_s * 1e9)
     return heard.with_columns(number=window - window.min(), current=pl.lit(value=True))
 
 
 def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
-    """One row for each scan or window, by ``number``; position and sigma null where nothing current is labelled."""
+    """One row for each scan or window, by ``number``; position and sigma are null if no current reading is labelled."""
     placed = pl.col("current") & pl.col("x").is_not_null()
     position = mean_position(placed)
     x, y = (pl.col(name).filter(placed) for name in ("x", "y"))
@@ -289,7 +290,7 @@ def _summarised(grouped: pl.DataFrame) -> pl.DataFrame:
 
 
 def _most_frequent(cause: pl.Expr) -> pl.Expr:
-    """The most frequent of the causes; of equally frequent ones the first in order of the status codes."""
+    """The most frequent of the causes; in a tie the first in order of the status codes."""
     code = cause.cast(STATUS_TYPE).to_physical()
     return code.mode().min()
 
@@ -315,7 +316,7 @@ def _finished(table: pl.DataFrame, technology: str, walk: SessionWalk, max_sigma
 
 
 def _scan_id(session: str, technology: str) -> pl.Expr:
-    """Session, technology and the scan's or window's own number, which leads back to the raw file."""
+    """Session, technology and the scan's or window's own number, which identifies the raw rows."""
     return pl.concat_str(pl.lit(f"{session}/{technology}/"), pl.col("number").cast(pl.String).str.zfill(6))
 
 
@@ -325,12 +326,13 @@ def _names(heard: pl.DataFrame, technology: str) -> pl.DataFrame:
 
 
 def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> tuple[Finding, ...]:
-    """Count scans without label, by cause, and cached results."""
+    """Count fingerprints without a label, by cause, and cached results."""
     cached = (
-        f"readings are more than {scan_length_s:g} s older than the newest of their scan: cached results, which "
-        "keep their own position and do not pull the scan's"
+        f"readings are more than {scan_length_s:g} s older than the newest of their scan. They are cached results: "
+        "each "
+        "keeps its own position, and they do not affect the position of the scan"
     )
-    unlabelled = "fingerprints have no position; their status is the cause"
+    unlabelled = "fingerprints have no position; their status gives the reason"
     return (
         *finding_if(int((~grouped["current"]).sum()), "cached_readings", cached),
         *finding_if(int((~table["placed"]).sum()), "unlabelled_fingerprints", unlabelled),
@@ -338,7 +340,7 @@ def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: f
 
 
 def radio_parts(made: Iterable[SessionFingerprints]) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
-    """Join what a session's technologies gave, in order of time: rows by table (and NAMES), and all findings."""
+    """Join the results of a session's technologies, in order of time: rows by table (and NAMES), and all findings."""
     parts = list(made)
     fingerprints = pl.concat([empty_table(FINGERPRINTS), *(part.fingerprints for part in parts)])
     fingerprints = fingerprints.sort("start_ns", "technology", maintain_order=True)
@@ -350,11 +352,11 @@ def radio_parts(made: Iterable[SessionFingerprints]) -> tuple[dict[str, pl.DataF
 
 
 NAMES = "names"
-"""Parts that say how often each transmitter was heard by each name; no table of the data set."""
+"""Part with the names of each transmitter; not a table of the data set."""
 
 
 def write_part(folder: Folder, number: int, tables: Mapping[str, pl.DataFrame]) -> None:
-    """Write one session's rows of some tables, and its NAMES; ``number`` is its place in the order of all."""
+    """Write one session's rows of some tables, and its NAMES; ``number`` is its rank among all."""
     for name, rows in tables.items():
         write_parquet(rows, folder, f"{name}/{number:06d}.parquet", compression="lz4")
 
@@ -365,7 +367,7 @@ def tables_of(folder: Path) -> dict[str, pl.LazyFrame]:
 
 
 def access_points_of(folder: Path, fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> pl.DataFrame:
-    """Make the table of access points of what all sessions heard, and of their NAMES in ``folder``."""
+    """Make the table of access points from the readings of all sessions, and their NAMES in ``folder``."""
     names = _rows_of_all(folder, NAMES).group_by("bssid", "technology", "ssid").agg(pl.col("count").sum())
     counted = names.sort("bssid", "technology", "ssid").collect(engine="streaming")
     return access_point_table(fingerprints, readings, counted)

@@ -1,7 +1,7 @@
-"""A data set on disk: ``dataset.json``, one Parquet file a table, ``splits/`` and further files.
+"""A data set on disk: ``dataset.json``, one Parquet file for each table, ``splits/`` and further files.
 
-docs/reference/datasets.md tells more. One that was made before the rules about radio readings is brought to them when
-it is opened.
+See docs/reference/datasets.md. Data sets that were made before the rules about radio readings are adapted to them when
+they are opened.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.site.links import CURE, outside_link
 
 FILE = f"{READINGS}.parquet"
-"""The file of findings about readings that are left out when a data set is opened."""
-_DONE = "these readings are left out; make the data set again to be rid of them"
+"""File name in findings about readings that are skipped when a data set is opened."""
+_DONE = "these readings are skipped; make the data set again to remove them"
 
 
 def with_rules(dataset: Dataset) -> Dataset:
-    """Bring addresses to one notation; leave readings out whose address or level is none, and report them.
+    """Normalise addresses; skip and report readings with an invalid address or level.
 
-    A data set that keeps the rules comes back as it is; of any other the table of access points is counted again.
+    A data set that follows the rules is returned unchanged; otherwise the table of access points is counted again.
     """
     points = dataset.access_points.select("bssid", "technology", "ssid", count=pl.col("readings").cast(pl.Int64))
     known = points.collect()
@@ -85,21 +85,21 @@ SPLITS = "splits"
 _ROWS_A_GROUP = 16_384
 """A few walks' readings, so that reading one walk reads little more."""
 _WINDOWS_A_GROUP = 2_000
-"""Rows of ``imu_windows`` hold thousands of numbers each; what is written at once should stay small."""
+"""Rows of ``imu_windows`` contain thousands of numbers each, so groups are smaller."""
 _BYTES_AT_ONCE = 1 << 20
 _GREATEST_M = 1e8
-"""More than the way round the Earth, which projected coordinates may count."""
+"""More than the circumference of the Earth, for projected coordinates."""
 
 
 def is_dataset(folder: Path) -> bool:
-    """Whether the folder holds a data set."""
+    """Whether the folder contains a data set."""
     return (folder / MANIFEST).is_file()
 
 
 def open_dataset(folder: AnyPath) -> Dataset:
-    """Open a data set's folder; the tables are scanned lazily.
+    """Open a data set's folder. The tables are lazy Polars frames.
 
-    Raises DatasetError where it is none, of a later version, or incomplete.
+    Raises DatasetError if the folder is not a data set, is incomplete, or was made by a later version.
     """
     folder = Path(folder)
     restore(folder)
@@ -107,19 +107,19 @@ def open_dataset(folder: AnyPath) -> Dataset:
     tables = {name: _table(folder, name, account) for name, account in info.tables.items()}
     missing = [name for name in REQUIRED if name not in tables]
     if missing:
-        raise DatasetError(f"{folder / MANIFEST}: names no table {', '.join(missing)}; make the data set again")
+        raise DatasetError(f"{folder / MANIFEST}: the table {', '.join(missing)} is missing; make the data set again")
     for floor in info.floors:
         if floor.plan and (PurePosixPath(floor.plan).is_absolute() or ".." in PurePosixPath(floor.plan).parts):
-            raise DatasetError(f"{folder / MANIFEST}: the plan {floor.plan} lies outside the data set")
+            raise DatasetError(f"{folder / MANIFEST}: the plan {floor.plan} is outside the data set")
     plans = {floor.plan: folder / floor.plan for floor in info.floors if floor.plan and (folder / floor.plan).is_file()}
     splits = {name: _split(folder, name, account) for name, account in info.splits.items()}
     return with_rules(Dataset(info, tables, splits, plans))
 
 
 def open_dataset_to_share(folder: AnyPath, *, follow_links: bool = False) -> Dataset:
-    """Open a data set whose files go elsewhere; raises as :func:`open_dataset`.
+    """Open a data set in order to share its files; raises as :func:`open_dataset`.
 
-    DatasetError also where a link leads to any of its files outside the folder, unless ``follow_links`` is given.
+    Also raises DatasetError if one of its files is a link out of the folder, unless ``follow_links`` is given.
     """
     folder = Path(folder)
     dataset = open_dataset(folder)
@@ -127,12 +127,12 @@ def open_dataset_to_share(folder: AnyPath, *, follow_links: bool = False) -> Dat
     files += [f"{SPLITS}/{name}.{kind}" for name in dataset.splits for kind in ("json", "parquet")]
     links = [] if follow_links else sorted({link for name in files if (link := outside_link(folder, folder / name))})
     if links:
-        raise DatasetError(f"{folder}: links lead to files outside the data set: {', '.join(links)}; {CURE}")
+        raise DatasetError(f"{folder}: these links point to files outside the data set: {', '.join(links)}; {CURE}")
     return dataset
 
 
 def write_dataset(dataset: Dataset, target: AnyPath) -> Dataset:
-    """Write a data set whole, replacing one that is there; return it as it lies on disk."""
+    """Write a data set, replacing an existing one; return it as opened from disk."""
     target = Path(target)
     with dataset_folder(target) as folder:
         folder.add(dataset)
@@ -142,10 +142,10 @@ def write_dataset(dataset: Dataset, target: AnyPath) -> Dataset:
 
 @contextmanager
 def dataset_folder(target: Path, command: str = "", replace: bool = False) -> Iterator[FolderWriter]:
-    """Open a new data set folder for writing; it appears at ``target`` when the block ends well.
+    """Open a new data set folder for writing; it appears at ``target`` when the block ends without an error.
 
-    ``command`` is what the manifest then says made it. Raises OutputError where ``target`` holds something else, or
-    what another command wrote and ``replace`` is not said, and where nothing can be written.
+    ``command`` is recorded in the manifest as the maker. Raises OutputError if ``target`` contains something else, or
+    the output of another command without ``replace``, and if nothing can be written.
     """
     restore(target)
     maker = written_by(target)
@@ -156,7 +156,7 @@ def dataset_folder(target: Path, command: str = "", replace: bool = False) -> It
 
 
 def written_by(folder: Path) -> str | None:
-    """Return the command of ours that wrote a folder, ``vislam2tag import``, by its record; None where none did."""
+    """Return the command that wrote a folder, such as ``vislam2tag import``, from its record; None if unknown."""
     for file, key in ((RUN_FILE, "program"), (MANIFEST, "made_by")):
         try:
             command = str(read_json(folder / file)[key])
@@ -171,22 +171,25 @@ def written_by(folder: Path) -> str | None:
 
 
 def refuse_unless_replaced(folder: Path, maker: str | None, replace: bool) -> None:
-    """Raise OutputError for a folder that another command wrote, without ``--replace`` or with a survey in it."""
+    """Raise OutputError for the output of another command without ``--replace``, or for a folder with a survey."""
     if not replace:
         raise OutputError(
-            f"{folder}: holds what `{maker}` wrote; give --replace to replace the whole folder, or choose another --out"
+            f"{folder}: contains the output of `{maker}`; pass --replace to replace the whole folder, or choose "
+            "another --out"
         )
     if any(folder.glob("floor_*/")):
-        raise OutputError(f"{folder}: holds folders of a survey's floors, which stay as they are; choose another --out")
+        raise OutputError(
+            f"{folder}: contains the floor folders of a survey, which are never replaced; choose another --out"
+        )
 
 
 @dataclass(frozen=True)
 class FolderWriter:
-    """Writes the parts of a data set; :meth:`finish` comes last and writes the manifest."""
+    """Writes the parts of a data set; :meth:`finish` must be called last and writes the manifest."""
 
     out: Folder
     command: str = ""
-    """What the manifest says made the data set; empty: as it says already."""
+    """The command that the manifest names as the maker; empty: unchanged."""
 
     @property
     def root(self) -> Path:
@@ -194,7 +197,7 @@ class FolderWriter:
         return self.out.path
 
     def add(self, dataset: Dataset) -> None:
-        """Write all but the manifest."""
+        """Write everything except the manifest."""
         self.add_tables(dataset.tables)
         self.add_splits(dataset.splits)
         self.add_files(dataset.files)
@@ -212,7 +215,7 @@ class FolderWriter:
             )
 
     def add_splits(self, splits: Mapping[str, Split]) -> None:
-        """Write each split as ``splits/NAME.parquet`` (id, group) and ``splits/NAME.json`` (how, and its folds)."""
+        """Write each split as ``splits/NAME.parquet`` (id, group) and ``splits/NAME.json`` (parameters and folds)."""
         for name, split in splits.items():
             table, description = split_files(name)
             write_parquet(split.groups, self.out, table, compression="zstd")
@@ -237,14 +240,14 @@ class FolderWriter:
         return whole
 
     def list_split(self, info: DatasetInfo, name: str) -> DatasetInfo:
-        """Write the manifest with one split more, whose files are there, and return it."""
+        """Add a split, whose files exist, to the manifest; write and return it."""
         splits = {**info.splits, name: self._account(split_files(name)[0])}
         whole = info.model_copy(update={"splits": dict(sorted(splits.items()))})
         self.out.write(MANIFEST, _json(whole))
         return whole
 
     def opened(self, info: DatasetInfo) -> Dataset:
-        """Open what has been written so far, for figures and cards that are made before the folder is in its place."""
+        """Open what has been written so far, for figures and cards."""
         self.finish(info)
         return open_dataset(self.root)
 
@@ -255,14 +258,14 @@ class FolderWriter:
 
 
 def split_files(name: str) -> tuple[str, str]:
-    """Where a split's table and its description are in a data set's folder."""
+    """Paths of a split's table and its description in a data set's folder."""
     return f"{SPLITS}/{name}.parquet", f"{SPLITS}/{name}.json"
 
 
 def listed_files(folder: Path) -> list[str]:
-    """Paths of the files below a folder that a list of its content names, sorted.
+    """Paths of the files below a folder that belong in a list of its content, sorted.
 
-    These are all but hidden ones and, if the folder has a record of its own files, but those that the user added.
+    Hidden files are excluded and, if the folder records its own files, those that the user added.
     """
     own = OwnFiles.read(folder)
     found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
@@ -280,7 +283,7 @@ def sha256_of(path: Path) -> str:
 
 
 def _kept_sha256(path: Path) -> str:
-    """SHA-256 of a file, computed once as long as it is not changed: a command opens a data set several times."""
+    """SHA-256 of a file, cached until the file changes, because a command opens a data set several times."""
     known = plain(path).stat()
     return _sha256_at(path.absolute(), known.st_size, known.st_mtime_ns)
 
@@ -292,11 +295,11 @@ def _sha256_at(path: Path, size_bytes: int, changed_ns: int) -> str:
 
 
 def _refuse_altered(path: Path, account: TableAccount) -> None:
-    """Raise DatasetError where a file is not what the manifest says; OSError where it cannot be read."""
+    """Raise DatasetError if a file differs from the manifest, and OSError if it cannot be read."""
     if _kept_sha256(path) != account.sha256:
         raise DatasetError(
-            f"{path}: is damaged, or was changed after the data set was made (its SHA-256 is not that of {MANIFEST}); "
-            "copy it again, or make the data set again"
+            f"{path}: the file is damaged, or was changed after the data set was made (its SHA-256 differs from "
+            f"{MANIFEST}); copy it again, or make the data set again"
         )
 
 
@@ -318,25 +321,26 @@ def _manifest(folder: Path) -> DatasetInfo:
         text = read_bytes(path)
     except OSError as error:
         raise DatasetError(
-            f"{folder}: is no data set (no {MANIFEST} that can be read: {error.strerror}); give a folder that "
+            f"{folder}: not a data set ({MANIFEST} cannot be read: {error.strerror}); pass a folder that "
             "`vislam2tag dataset` or `vislam2tag import` wrote"
         ) from error
     try:
         version = int(json.loads(text)["format_version"])
         if version > FORMAT_VERSION:
             raise DatasetError(
-                f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update"
+                f"{path}: the data set has format version {version}, but this program reads up to {FORMAT_VERSION}; "
+                "update vislam2tag"
             )
         return DatasetInfo.model_validate_json(text)
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError, ValidationError) as error:
-        raise DatasetError(f"{path}: is damaged ({first_line(error)}); make the data set again") from error
+        raise DatasetError(f"{path}: the file is damaged ({first_line(error)}); make the data set again") from error
 
 
 def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
     path = folder / f"{name}.parquet"
     expected = SCHEMAS.get(name)
     if expected is None:
-        raise DatasetError(f"{folder / MANIFEST}: names an unknown table {name}; update this program")
+        raise DatasetError(f"{folder / MANIFEST}: unknown table {name}; update vislam2tag")
     try:
         _refuse_altered(path, account)
         table = scan_parquet(path)
@@ -352,7 +356,7 @@ def _table(folder: Path, name: str, account: TableAccount) -> pl.LazyFrame:
 
 
 def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
-    """Raise DatasetError where a place is none on Earth: what is counted by cells of the ground would have no end."""
+    """Raise DatasetError if a position is not on Earth, because counting by cells would never end."""
     places = pl.col("x", "y")
     try:
         far = table.select(pl.any_horizontal((~places.is_between(-_GREATEST_M, _GREATEST_M)).any())).collect().item()
@@ -360,7 +364,7 @@ def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
     if far:
         raise DatasetError(
-            f"{path}: holds places beyond {_GREATEST_M:g} m, or of no number; correct what it is made of"
+            f"{path}: contains positions beyond {_GREATEST_M:g} m, or that are not finite; correct the source files"
         )
 
 

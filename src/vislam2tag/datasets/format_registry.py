@@ -1,6 +1,6 @@
-"""What a format of the field must offer, and their registry; adding one touches one module of this package.
+"""Interface and registry of data formats. A new format needs one new module in this package.
 
-A module ends with ``register(ImportFormat(...), ExportFormat(...))``, or names one of them: ``register(reads=...)``.
+The module ends with ``register(ImportFormat(...), ExportFormat(...))``, or with one of them: ``register(reads=...)``.
 """
 
 from __future__ import annotations
@@ -26,40 +26,40 @@ _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
 
 @dataclass(frozen=True)
 class ImportContext:
-    """What a reader is given besides the path."""
+    """Arguments of a reader besides the path."""
 
     scratch: Folder
-    """An empty folder for intermediate tables that the data set scans; it outlives the data set's use."""
+    """An empty folder for intermediate tables that the data set scans; it exists longer than the data set."""
     origin: tuple[float, float] | None = None
-    """Latitude and longitude, degrees, where metres count from, for formats whose positions are geographic."""
+    """Latitude and longitude of the metric origin, degrees, for formats with geographic positions."""
     progress: Progress[str] = silent
     """Called after each file (or walk) with its name."""
     most_unpacked: int = MOST_UNPACKED
-    """Bytes that an archive may unpack to."""
+    """Largest size to which an archive may unpack, bytes."""
     not_heard: float | None = None
-    """The level that the user says stands for "not heard", for formats with a column for each access point."""
+    """The level that means "not heard" according to the user, for formats with a column for each access point."""
 
 
 @dataclass(frozen=True)
 class ExportContext:
-    """What a writer is given besides its source and its folder."""
+    """Arguments of a writer besides source and folder."""
 
     split: str | None = None
-    """Name of the split whose parts become the format's own; None: the official one where there is one."""
+    """Name of the split to export; None: the official one, if there is one."""
     fold: str | None = None
-    """Name of the split's fold; None where it has one only."""
+    """Name of the split's fold; None if it has only one."""
     survey: Path | None = None
-    """The raw survey that labels were made of, for formats that put its files beside."""
+    """The raw survey of the labels, for formats that include its files."""
     privacy: Privacy = field(default_factory=Privacy)
-    """What formats made of labels leave out or hide; a data set comes without it already."""
+    """What formats made from labels skip or hide; data sets are already filtered."""
     progress: Progress[str] = silent
     """Called after each part (table, walk) with its name."""
     escape_formulas: bool = True
-    """Put an apostrophe before texts that a spreadsheet would take for formulas, where the format allows it."""
+    """Put an apostrophe before texts that a spreadsheet would read as formulas, if the format allows it."""
     follow_links: bool = False
-    """Share files, too, that links lead to outside the labels and the survey."""
+    """Also share files that are links out of the labels and the survey."""
     tell: Callable[[Sequence[Finding]], None] = lambda _: None
-    """Called with what is left out, by name."""
+    """Called with what is skipped, by name."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ class ImportFormat:
 
     name: str
     read: Callable[[Path, ImportContext], Dataset]
-    """Reads a file or folder into a data set with lazy tables; what is odd but usable becomes findings.
+    """Reads a file or folder into a data set with lazy tables; odd but usable data become findings.
 
-    Raises DatasetError, naming file, line and what was expected, if the files are not of this format.
+    Raises DatasetError with file, line and what was expected, if the files are not in this format.
     """
     recognises: Callable[[Path], bool]
-    """Whether a file or folder is of this format, from names and first lines alone; never raises DatasetError."""
+    """Whether a file or folder is in this format, from names and first lines only; never raises DatasetError."""
     takes: Collection[str] = ()
-    """The options of :class:`ImportContext` that mean something here: ``origin``, ``not_heard``."""
+    """The options of :class:`ImportContext` that this format uses: ``origin``, ``not_heard``."""
 
 
 @dataclass(frozen=True)
@@ -84,63 +84,63 @@ class ExportFormat:
 
     name: str
     holds: Mapping[str, Collection[str]]
-    """By table, the columns that survive; of labels the tables are those that ``process`` wrote."""
+    """The columns that survive, by table; for labels the tables are those of ``process``."""
     takes: Collection[str] = ()
-    """The options of :class:`ExportContext` that mean something here: ``split``, ``survey``."""
+    """The options of :class:`ExportContext` that this format uses: ``split``, ``survey``."""
     write: Callable[[Dataset, Folder, ExportContext], tuple[Finding, ...]] | None = None
-    """Writes a data set into an empty folder and returns what could not be written, counted.
+    """Writes a data set into an empty folder and returns findings about skipped data.
 
-    Raises DatasetError if the set has nothing that this format can hold.
+    Raises DatasetError if the data set contains nothing that this format supports.
     """
     write_labels: Callable[[Path, Folder, ExportContext], tuple[Finding, ...]] | None = None
-    """The same of the folder that ``process`` wrote."""
+    """The same for the output folder of ``process``."""
 
     @property
     def source(self) -> Literal["dataset", "labels"]:
-        """What it is written from."""
+        """Kind of its source."""
         return "dataset" if self.write else "labels"
 
 
 FORMATS: Registry[tuple[ImportFormat | None, ExportFormat | None]] = Registry(plugins.DATASET_FORMATS)
-"""How each format of the field is read, written, or both, by its name."""
+"""Reader, writer, or both, of each format, by name."""
 
 
 def register(reads: ImportFormat | None = None, writes: ExportFormat | None = None) -> None:
-    """Make a format known by its name; called once at the end of the format's own module."""
+    """Register a format; called once at the end of the format's module."""
     (name,) = {way.name for way in (reads, writes) if way}
     FORMATS.add(name, (reads, writes))
 
 
 def import_formats() -> dict[str, ImportFormat]:
-    """All formats that can be read, by name in order."""
+    """All formats that can be read, sorted by name."""
     return {name: reads for name, (reads, _) in FORMATS.all().items() if reads}
 
 
 def export_formats() -> dict[str, ExportFormat]:
-    """All formats that can be written, by name in order."""
+    """All formats that can be written, sorted by name."""
     return {name: writes for name, (_, writes) in FORMATS.all().items() if writes}
 
 
 def import_named(name: str) -> ImportFormat:
-    """Return the format of this name; raises UsageError where none can be read."""
+    """Return the format of this name; raises UsageError if it cannot be read."""
     return _named(import_formats(), name, "read")
 
 
 def export_named(name: str) -> ExportFormat:
-    """Return the format of this name; raises UsageError where none can be written."""
+    """Return the format of this name; raises UsageError if it cannot be written."""
     return _named(export_formats(), name, "written")
 
 
 def _named(formats: Mapping[str, _Format], name: str, done: str) -> _Format:
     if name not in formats:
-        raise UsageError(f"no format called '{name}' can be {done}; there are: {', '.join(formats)}")
+        raise UsageError(f"no format '{name}' can be {done}; formats are: {', '.join(formats)}")
     return formats[name]
 
 
 def import_format_of(path: Path) -> ImportFormat:
     """Return the one format that recognises a file or folder.
 
-    Raises DatasetError where the path is not there or a damaged archive, and where no format or several recognise it.
+    Raises DatasetError if the path does not exist or is a damaged archive, and if no format or several recognise it.
     """
     if not path.exists():
         raise DatasetError(f"{path}: no such file or folder")
@@ -153,17 +153,17 @@ def import_format_of(path: Path) -> ImportFormat:
     if not found and len(archives) > 1:
         names = ", ".join((*archives[:_NAMED], "...") if len(archives) > _NAMED else archives)
         raise DatasetError(
-            f"{path}: holds {len(archives)} archives ({names}); give one of them, or unpack those that belong together "
-            "below one folder and give that"
+            f"{path}: the folder contains {len(archives)} archives ({names}); pass one of them, or unpack those that "
+            "belong together into one folder and pass that"
         )
-    said = f"may be {' or '.join(found)}" if found else f"is none of the formats known ({', '.join(formats)})"
-    raise DatasetError(f"{path}: {said}; {_instead(path) or 'say which by --format'}")
+    said = f"the format may be {' or '.join(found)}" if found else f"not in a known format ({', '.join(formats)})"
+    raise DatasetError(f"{path}: {said}; {_instead(path) or 'name the format with --format'}")
 
 
 def _instead(path: Path) -> str:
-    """What a folder of ours is that needs no import."""
+    """Explain a folder of this program that needs no import."""
     if (path / "dataset.json").is_file():
-        return "it is a data set of ours already, which every command takes as it is"
+        return "it is already a data set of this program and needs no import"
     if any(path.glob("floor_*/*/*/")):
-        return "it is a survey: `vislam2tag dataset` makes a data set of it"
+        return "it is a survey; `vislam2tag dataset` makes a data set from it"
     return ""

@@ -1,4 +1,4 @@
-"""A later survey joins a data set: one set of all walks, in which a walk that both hold is there once."""
+"""Join a later survey to a data set: one data set of all walks; walks that are in both are used once."""
 
 from __future__ import annotations
 
@@ -34,27 +34,26 @@ from vislam2tag.datasets.settings import SplitKind
 
 SAME_SESSIONS: FindingKind = "sessions_in_both"
 SPLITS_LEFT_OUT: FindingKind = "splits_left_out"
-_SAME = "sessions that base and later survey both hold, with the same rows; taken once"
+_SAME = "sessions are in both data sets with the same rows; each is used once"
 _AGREE_M = 0.01
 _FLOOR_FIELDS = ("width_m", "height_m", "elevation_m")
 _CORNER = ("x of the plan's lower left corner", "y of the plan's lower left corner")
 _MUST_AGREE = {
-    "frame": "positions mean different things",
-    "clock": "times count from different moments",
-    "bssid_key": "access points have different names; hash both with one key, or neither",
+    "frame": "the positions have different frames",
+    "clock": "the times have different origins",
+    "bssid_key": "the access points have different names; hash both with one key, or neither",
 }
 _OF_THE_BASE_ALONE: dict[str, object] = {"version": None, "published": None, "doi": None, "tables": {}, "splits": {}}
-"""Entries of the base's manifest that do not hold for the joined set."""
+"""Entries of the base's manifest that do not apply to the joined data set."""
 
 
 def join_datasets(base: Dataset, later: Dataset) -> tuple[Dataset, Dataset]:
-    """Join two data sets: the joined set, and the later one without the walks that the base has already.
+    """Join two data sets; return the joined set, and the later one without the walks that the base already has.
 
-    Tables stay lazy and ordered by session, but the access points, which are counted again.
+    Tables stay lazy and ordered by session, except the access points, which are counted again.
 
-    Splits are left to be made again, but those that were given from outside (kind ``official``): they are carried, and
-    what is new is in neither part. Raises DatasetError where floors, frames, clocks, groupings or hashes disagree, and
-    where one session has different rows in both.
+    Splits must be made again, except official ones, which are carried over with the new rows in neither part. Raises
+    DatasetError if floors, frames, clocks, groupings or hashes disagree, or if a session has different rows in both.
     """
     _refuse_disagreement(base.info, later.info)
     floors = _floors(base.info.floors, later.info.floors)
@@ -92,7 +91,7 @@ def _refuse_disagreement(base: DatasetInfo, later: DatasetInfo) -> None:
 
 
 def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[FloorInfo, ...]:
-    """Floors of both; those of the base where both know one."""
+    """Floors of both; those of the base if both have one."""
     found = {(floor.building, floor.number): floor for floor in base}
     for floor in later:
         key = (floor.building, floor.number)
@@ -101,8 +100,8 @@ def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[Floo
             if one is not None and other is not None and abs(one - other) > _AGREE_M:
                 building = f" of {floor.building}" if floor.building else ""
                 raise DatasetError(
-                    f"floor {floor.number}{building}: {name} is {one:g} in the base and {other:g} in the later survey: "
-                    "positions lie elsewhere; correct it in one, or give the later survey's building another name"
+                    f"floor {floor.number}{building}: {name} is {one:g} in the base and {other:g} in the later survey, "
+                    "so positions differ; correct one of them, or give the later survey's building another name"
                 )
         if known.plan is None:
             found[key] = known.model_copy(update={"plan": floor.plan})
@@ -110,7 +109,7 @@ def _floors(base: Sequence[FloorInfo], later: Sequence[FloorInfo]) -> tuple[Floo
 
 
 def _extents(known: FloorInfo, floor: FloorInfo) -> Iterator[tuple[str, float | None, float | None]]:
-    """What must agree of a floor in both: name and both values."""
+    """Values of a floor that must agree in both: name and both values."""
     for name in _FLOOR_FIELDS:
         yield name, getattr(known, name), getattr(floor, name)
     if known.width_m is not None and floor.width_m is not None:
@@ -122,27 +121,28 @@ def _groupings(base: Sequence[Grouping], later: Sequence[Grouping]) -> tuple[Gro
     for grouping in later:
         if found.setdefault(grouping.technology, grouping) != grouping:
             raise DatasetError(
-                f"{grouping.technology}: readings are grouped in another way in the later survey (by {grouping.by}); "
+                f"{grouping.technology}: the later survey groups readings differently (by {grouping.by}); "
                 "make its data set with the same --window"
             )
     return tuple(found[name] for name in sorted(found))
 
 
 def _same_sessions(base: Dataset, later: Dataset) -> tuple[str, ...]:
-    """Sessions that both hold with the same rows; raises DatasetError where rows differ."""
+    """Sessions that are in both with the same rows; raises DatasetError if rows differ."""
     both = _sessions(base).join(_sessions(later), on="session", how="semi")["session"].sort()
     for session in both:
         one, other = (one_session(dataset.fingerprints, dataset.readings, session) for dataset in (base, later))
         if not (one.fingerprints.equals(other.fingerprints) and one.readings.equals(other.readings)):
             raise DatasetError(
-                f"session {session} is in both with different rows: one walk labelled twice, or two walks of one name; "
-                "leave it out of the later survey, or see where they differ by `vislam2tag verify`"
+                f"session {session} is in both data sets with different rows: either one walk was labelled twice, or "
+                "two walks have the same name; remove it from the later survey, or compare both with `vislam2tag "
+                "verify`"
             )
     return tuple(both)
 
 
 def _sessions(dataset: Dataset) -> pl.DataFrame:
-    """Names of all sessions, also of those without a fingerprint."""
+    """Names of all sessions, including those without a fingerprint."""
     tables = [dataset.tables[name].select("session") for name in (SESSIONS, FINGERPRINTS)]
     return pl.concat(tables).unique().collect(engine="streaming").sort("session")
 
@@ -152,17 +152,20 @@ def _made_by_us(split: Split) -> bool:
 
 
 def _with_news(split: Split, news: Dataset) -> Split:
-    """Carry a split: fingerprints and windows of the news are in neither part."""
+    """Carry a split over; fingerprints and windows of the later survey are in neither part."""
     keys = {name: KEYS[name] for name in (FINGERPRINTS, MAGNETIC, IMU_WINDOWS) if name in news.tables}
     ids = [news.tables[name].select(id=key, group=pl.lit(None, pl.String)) for name, key in keys.items()]
     return replace(split, groups=pl.concat([split.groups, *pl.collect_all(ids)]))
 
 
 def _lost_split_findings(base: Dataset, later: Dataset) -> tuple[Finding, ...]:
-    """Tell the splits that do not come along, but the standard ones, which are made again by their names."""
+    """Report the splits that are not carried over, except standard ones, which are made again by their names."""
     lost = {name for name, split in base.splits.items() if _made_by_us(split)} | later.splits.keys()
     lost -= set(SplitKind) | {name for name, split in base.splits.items() if not _made_by_us(split)}
-    message = f"splits that do not hold for all walks: {', '.join(sorted(lost))}; make them again by `vislam2tag split`"
+    message = (
+        f"skipped splits, because they do not cover all walks: {', '.join(sorted(lost))}; make them again with "
+        "`vislam2tag split`"
+    )
     return finding_if(len(lost), SPLITS_LEFT_OUT, message, severity=Severity.WARNING)
 
 
@@ -182,7 +185,7 @@ def _without_sessions(dataset: Dataset, same: Sequence[str]) -> Dataset:
 
 
 def _table(name: str, base: Dataset, news: Dataset) -> pl.LazyFrame:
-    """Rows of both, session by session in the order of their names, so that the table is ordered as any."""
+    """Rows of both, sorted by session name, so that the table has the usual order."""
     parts = [part for _, part in sorted(_parts(name, (base, news)), key=lambda item: item[0])]
     return pl.concat(parts) if parts else empty_table(name).lazy()
 
@@ -198,7 +201,7 @@ def _parts(name: str, datasets: Sequence[Dataset]) -> Iterator[tuple[str, pl.Laz
 
 
 def _access_points(base: Dataset, news: Dataset, tables: Mapping[str, pl.LazyFrame]) -> pl.DataFrame:
-    """Count all readings; flags that hashed identifiers no longer tell are carried, and so are radios."""
+    """Count all readings; carry over radios, and flags that cannot be derived from hashed identifiers."""
     columns = ("bssid", "technology", "ssid", "radio", "readings", "randomised", "mobile", "nomap")
     known = pl.concat([dataset.access_points.select(columns) for dataset in (base, news)]).collect()
     names = known.filter(pl.col("ssid").is_not_null()).select("bssid", "technology", "ssid", count="readings")

@@ -1,4 +1,4 @@
-"""Two labellings of the same walks: how far apart they put them, how sure they are, how right where truth is known."""
+"""Compares two labellings of the same walks: distances between positions, sigmas, and errors if the truth is known."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vislam2tag.labeling.tables import TRAJECTORY, status_codes
 
 
 class ComparedSession(FiniteRecord):
-    """A session in two outputs; ``error`` is the mean against truth, where that is known."""
+    """A session in two outputs; ``error`` is the mean error against truth, if that is known."""
 
     id: str
     labelled_a: float | None
@@ -60,10 +60,10 @@ class LabelComparison(FiniteRecord):
 
 @dataclass(frozen=True)
 class Positions:
-    """Where one output has the frames of a walk, in the order of the file."""
+    """Positions of a walk's frames in one output, in the order of the file."""
 
     position: FloatArray
-    """(n, 2) metres, BCS of the frame's floor; any value where it has none."""
+    """(n, 2) metres, BCS of the frame's floor; any value if it has none."""
     floor: IntArray
     """(n,)"""
     there: BoolArray
@@ -72,7 +72,7 @@ class Positions:
 
 @dataclass(frozen=True)
 class Labelled:
-    """A walk in one output; without positions where its frames are not there."""
+    """A walk in one output; without positions if its frames are missing."""
 
     result: SessionResult
     positions: Positions | None
@@ -83,9 +83,9 @@ def compare_labels(
     settings_a: Mapping[str, object],
     settings_b: Mapping[str, object],
 ) -> LabelComparison:
-    """Compare two outputs walk by walk: each walk's id with what either has of it (None: nothing).
+    """Compare two outputs walk by walk: each walk's id with its labels in either (None: none).
 
-    Walks are taken one at a time; only their results are kept.
+    Walks are processed one at a time; only their results are kept.
     """
     sessions: list[ComparedSession] = []
     first: list[SessionResult | None] = []
@@ -98,14 +98,14 @@ def compare_labels(
 
 
 def compare_outputs(first: Path, second: Path) -> LabelComparison:
-    """Compare two output folders of ``process``; raises DatasetError where a file of one cannot be read."""
+    """Compare two output folders of ``process``; raises DatasetError if one of their files cannot be read."""
     slugs = sorted({path.stem for folder in (first, second) for path in (folder / RESULTS).glob("*.json")})
     walks = ((slug, _read(first, slug), _read(second, slug)) for slug in slugs)
     return compare_labels(walks, settings_of_output(first), settings_of_output(second))
 
 
 def settings_of_output(folder: Path) -> dict[str, object]:
-    """Settings that labels follow from; none where they are not told."""
+    """Settings of the labels; empty if they are not recorded."""
     try:
         found = read_json(folder / RUN_FILE)["settings"]
     except (OSError, ValueError, KeyError, TypeError):
@@ -114,7 +114,7 @@ def settings_of_output(folder: Path) -> dict[str, object]:
 
 
 def mean_error_m(results: Sequence[SessionResult | None]) -> float | None:
-    """Mean error of all labels whose truth is known, metres; None where none is."""
+    """Mean error of all labels whose truth is known, metres; None if none is."""
     rows = [row for result in results if result and result.errors for row in result.errors.rows]
     count = sum(sum(row.errors.values()) for row in rows)
     return sum(row.sum_m for row in rows) / count if count else None
@@ -150,7 +150,7 @@ def _session(id: str, a: SessionResult | None, b: SessionResult | None, apart_m:
 
 
 def _apart_m(a: Labelled | None, b: Labelled | None) -> FloatArray:
-    """Distances between the positions that both give a frame on the same floor; the frames are those of one file."""
+    """Distances between the positions of frames that both outputs put on the same floor, in the order of one file."""
     if a is None or b is None:
         return np.empty(0)
     one, other = a.positions, b.positions

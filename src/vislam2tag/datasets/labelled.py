@@ -1,6 +1,6 @@
-"""Reading what ``process`` wrote, one session at a time: results as JSON, tables as Parquet.
+"""Reads the output of ``process`` one session at a time: results as JSON, tables as Parquet.
 
-docs/reference/output.md tells more.
+See docs/reference/output.md.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _AGAIN = "run `vislam2tag process` again"
 
 
 class _RunFile(Record, extra="ignore"):
-    """What ``run.json`` says that matters here."""
+    """The relevant part of ``run.json``."""
 
     program: str
     survey: str
@@ -41,7 +41,7 @@ class _RunFile(Record, extra="ignore"):
 
 
 class _Origin(Record, extra="ignore"):
-    """What a session's result says that matters before it is read."""
+    """The relevant part of a session's result before it is read."""
 
     from_outside: bool = False
 
@@ -53,11 +53,11 @@ class LabelledSession:
     root: Path
     slug: str
     store: Store | None = None
-    """Where the files lie; ``root`` then holds their names alone."""
+    """Location of the files; ``root`` then contains only their names."""
 
     @contextmanager
     def at_hand(self) -> Iterator[LabelledSession]:
-        """Yield the session with its files on this machine while the block lasts; raises StoreError."""
+        """Yield the session with its files on this machine while the block runs; raises StoreError."""
         if self.store is None:
             yield self
             return
@@ -68,7 +68,7 @@ class LabelledSession:
             yield LabelledSession(root, self.slug)
 
     def result(self) -> SessionResult:
-        """Read what is kept of the session besides its tables; raises DatasetError where it cannot be read."""
+        """Read the session's result without its tables; raises DatasetError if it cannot be read."""
         path = self.root / RESULTS / f"{self.slug}.json"
         try:
             return SessionResult.model_validate_json(read_bytes(path))
@@ -76,9 +76,9 @@ class LabelledSession:
             raise DatasetError(f"{path}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def is_from_outside(self) -> bool:
-        """Whether links led to its raw files outside the survey, or lead to its labels outside their folder.
+        """Whether its raw files are links out of the survey, or its labels are links out of their folder.
 
-        Raises DatasetError where its result cannot be read.
+        Raises DatasetError if its result cannot be read.
         """
         result = self.root / RESULTS / f"{self.slug}.json"
         if any(outside_link(self.root, path) for path in (result, *(self._path(table) for table in SCHEMAS))):
@@ -90,13 +90,13 @@ class LabelledSession:
             raise DatasetError(f"{result}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def has(self, table: str) -> bool:
-        """Whether the session has this table; those that not every phone logs may be missing."""
+        """Whether the session has this table; tables that not every phone logs may be missing."""
         return self._path(table).is_file()
 
     def table(self, table: str, columns: Iterable[str], only: pl.Expr | None = None) -> pl.DataFrame:
-        """Read columns of a table (:data:`vislam2tag.labeling.tables.SCHEMAS`), rows as ``only`` chooses.
+        """Read columns of a table (:data:`vislam2tag.labeling.tables.SCHEMAS`), with the rows that ``only`` selects.
 
-        Raises DatasetError where the file is missing or damaged, or lacks one of the columns.
+        Raises DatasetError if the file is missing or damaged, or has no such column.
         """
         path = self._path(table)
         wanted = list(columns)
@@ -111,7 +111,7 @@ class LabelledSession:
             raise DatasetError(f"{path}: cannot be read ({first_line(error)}); {_AGAIN}") from error
 
     def unknown_columns(self, table: str) -> list[str]:
-        """Columns of a table that ``process`` does not write; nobody reads them."""
+        """Columns of a table that ``process`` does not write and no command reads."""
         return [name for name in scan_parquet(self._path(table)).collect_schema() if name not in SCHEMAS[table]]
 
     def _path(self, table: str) -> Path:
@@ -120,7 +120,7 @@ class LabelledSession:
 
 @dataclass(frozen=True)
 class LabelledSurvey:
-    """An output folder of ``process``, looked at but not read."""
+    """An output folder of ``process``, opened but not read."""
 
     root: Path
     survey: str
@@ -131,23 +131,22 @@ class LabelledSurvey:
     sessions: tuple[LabelledSession, ...]
     """Sorted by slug."""
     rebase: tuple[Mapping[str, object], ...] = ()
-    """Changes of frame that the labels went through since, in order (docs/how-to/site.md)."""
+    """Changes of frame that were applied to the labels, in order (docs/how-to/site.md)."""
     left_out: tuple[str, ...] = ()
-    """Slugs of the sessions that are not in ``sessions``, because they come from outside the survey by links."""
+    """Slugs of the sessions that are not in ``sessions``, because they are links out of the survey."""
 
     @property
     def max_sigma_m(self) -> float:
-        """The sigma above which ``process`` called a position uncertain, metres."""
+        """The sigma above which ``process`` marked a position as uncertain, metres."""
         labels = self.settings.get("labels")
         return float(labels["max_sigma_m"]) if isinstance(labels, dict) and "max_sigma_m" in labels else float("inf")
 
 
 @contextmanager
 def labels_at_hand(labels: Path) -> Iterator[Path]:
-    """Yield a folder for labels by address, which lasts as long as the block; one of this machine as it is.
+    """Yield a local folder for labels at an address while the block runs; local folders are yielded unchanged.
 
-    Sessions' files are there by name alone (:meth:`LabelledSession.at_hand`). Raises StoreError where the store cannot
-    be read.
+    Sessions' files exist by name only (:meth:`LabelledSession.at_hand`). Raises StoreError if the store cannot be read.
     """
     store = store_at(labels)
     if store is None:
@@ -164,19 +163,19 @@ def is_labelled(folder: Path) -> bool:
 
 
 def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
-    """Look at an output folder of ``process``, without what came from outside the survey unless ``follow_links``.
+    """Open an output folder of ``process``, without links out of the survey unless ``follow_links``.
 
-    Raises DatasetError where it is none, its last run has not ended, or it holds no session.
+    Raises DatasetError if it is not one, if its last run has not finished, or if it contains no session.
     """
-    restore(root)  # labels that were rebased are replaced whole
+    restore(root)  # undoes a rebase that was killed before it had written anything
     run = _run(root)
     if not (root / SUMMARY_FILE).is_file():
-        raise DatasetError(f"{root}: the run of `vislam2tag process` into it has not ended; run it again, it goes on")
+        raise DatasetError(f"{root}: `vislam2tag process` has not finished writing it; run it again, and it continues")
     stored = outline_of(root)
     store = None if stored is None else stored.store
     sessions = tuple(LabelledSession(root, path.stem, store) for path in sorted((root / RESULTS).glob("*.json")))
     if not sessions:
-        raise DatasetError(f"{root}: holds no session; process a survey with sessions into it")
+        raise DatasetError(f"{root}: contains no session; process a survey that has sessions")
     opened = LabelledSurvey(
         root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions, run.rebase
     )
@@ -184,9 +183,9 @@ def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
 
 
 def _shared(opened: LabelledSurvey, site_from_outside: bool) -> LabelledSurvey:
-    """Labels without what came from outside the survey: sessions, and names and georeferences of floors."""
+    """Labels without links out of the survey: sessions, and names and georeferences of floors."""
     if (link := outside_link(opened.root, opened.root / RUN_FILE)) is not None:
-        raise DatasetError(f"{opened.root / link}: is a link to a file outside the labels; {CURE}")
+        raise DatasetError(f"{opened.root / link}: a link to a file outside the labels; {CURE}")
     outside = tuple(session.slug for session in opened.sessions if session.is_from_outside())
     if site_from_outside:
         floors = (
@@ -197,13 +196,14 @@ def _shared(opened: LabelledSurvey, site_from_outside: bool) -> LabelledSurvey:
 
 
 def without_sessions(opened: LabelledSurvey, outside: Collection[str]) -> LabelledSurvey:
-    """Leave sessions out that come from outside their survey, by slug; raises DatasetError where none remains."""
+    """Remove sessions that are links out of their survey, by slug; raises DatasetError if none remains."""
     kept = tuple(session for session in opened.sessions if session.slug not in outside)
     gone = tuple(session.slug for session in opened.sessions if session.slug in outside)
     if not kept:
         raise DatasetError(
-            f"{opened.root}: links lead to the files of all {len(gone)} sessions outside the survey, and no other "
-            f"session remains: {', '.join(gone)}; {CURE}"
+            f"{opened.root}: the files of all {len(gone)} sessions are links to files outside the survey, so no "
+            "session "
+            f"remains: {', '.join(gone)}; {CURE}"
         )
     return replace(opened, sessions=kept, left_out=(*opened.left_out, *gone))
 
@@ -213,16 +213,20 @@ def _run(root: Path) -> _RunFile:
     try:
         content = read_json(path)
         if not isinstance(content, dict) or content.get("program") != PROGRAM:
-            raise DatasetError(f"{root}: was not written by `vislam2tag process`; give its --out, or a survey folder")
+            raise DatasetError(
+                f"{root}: not written by `vislam2tag process`; pass the folder that was its --out, or a survey folder"
+            )
         return _RunFile.model_validate(content)
     except OSError as error:
-        instead = "; it is a survey: run `vislam2tag process` on it first" if any(root.glob("floor_*")) else ""
+        instead = (
+            "; the folder is a survey, so run `vislam2tag process` on it first" if any(root.glob("floor_*")) else ""
+        )
         raise DatasetError(
-            f"{root}: is no output folder of `vislam2tag process` (no {RUN_FILE} that can be read: {error.strerror})"
+            f"{root}: not an output folder of `vislam2tag process` ({RUN_FILE} cannot be read: {error.strerror})"
             f"{instead}"
         ) from error
     except ValidationError as error:
         field = ".".join(map(str, error.errors()[0]["loc"]))
-        raise DatasetError(f"{path}: has no usable '{field}' (an earlier version's?); {_AGAIN}") from error
+        raise DatasetError(f"{path}: no usable '{field}', perhaps from an earlier version; {_AGAIN}") from error
     except ValueError as error:
-        raise DatasetError(f"{path}: is damaged ({first_line(error)}); {_AGAIN}") from error
+        raise DatasetError(f"{path}: the file is damaged ({first_line(error)}); {_AGAIN}") from error

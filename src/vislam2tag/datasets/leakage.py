@@ -1,6 +1,6 @@
-"""How far a split leaks: how near in place and time each test fingerprint is to one that trains.
+"""Leakage of a split: the distance in place and time from each test fingerprint to the training set.
 
-docs/reference/splits.md tells more.
+See docs/reference/splits.md.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from vislam2tag.datasets.model import Dataset, Fold, Split
 from vislam2tag.datasets.splits import IMU, kind_order, split_items
 
 NEAR_M, NEAR_S = 1.0, 5.0
-"""Distances and times below which a test fingerprint has nearly a twin that trains."""
+"""Distance and time below which a test fingerprint almost has a twin in the training set."""
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 NEW_PLACE_M = 5.0
-"""Beyond this median distance a split is said to test new places: about the error of Wi-Fi fingerprinting, twice."""
+"""Above this median distance a split tests new places: about twice the error of Wi-Fi fingerprinting."""
 ALL_FOLDS = "all"
-"""Name under which the tests of several folds are counted together."""
+"""Name of the combined test sets of several folds."""
 _FLOOR = ("building", "floor")
 _ELSE = {"device": "with another phone", "day": "on another day"}
 _MOST = 0.5
 
 
 class QuantileSummary(Record):
-    """Quantiles of the distance or time from each test fingerprint to the nearest that trains."""
+    """Quantiles of the distance or time from each test fingerprint to the nearest training one."""
 
     p05: float
     p25: float
@@ -42,26 +42,26 @@ class FoldLeakage(Record):
 
     fold: str
     of: str
-    """``wifi``, ``ble``, ``magnetic`` or ``imu``; only like ones are compared."""
+    """``wifi``, ``ble``, ``magnetic`` or ``imu``; each is compared only with its own kind."""
     train: int
-    """How many train (of all folds together: the mean)."""
+    """Size of the training set (mean over folds for the combined ones)."""
     test: int
     distance_m: QuantileSummary | None
-    """To the nearest on the same floor; None where no test floor is trained."""
+    """Distance to the nearest on the same floor; None if no test floor is in the training set."""
     within_1_m: float
     new_floor: float
-    """Share on floors without training."""
+    """Share on floors that are not in the training set."""
     time_s: QuantileSummary | None
-    """To the nearest of the same walk (of the same device where times count from 1970); None: no such."""
+    """Time to the nearest of the same walk (of the same device if times are Unix times); None if there are none."""
     within_5_s: float
     same_walk: float
-    """Share from walks that also train."""
+    """Share from walks that are also in the training set."""
     test_walks: int
     test_walks_training: int
 
 
 class SplitLeakage(Record):
-    """A split's leakage: each fold and, of several, all together; ``verdict`` says it in words."""
+    """A split's leakage: each fold and, if there are several, all combined; ``verdict`` puts it into words."""
 
     name: str
     kind: str
@@ -71,7 +71,7 @@ class SplitLeakage(Record):
 
 
 def leakage(dataset: Dataset, splits: Mapping[str, Split]) -> tuple[SplitLeakage, ...]:
-    """Measure how far each split leaks."""
+    """Measure the leakage of each split."""
     items = split_items(dataset)
     time_key = {"boot": "session", "unix": "device"}.get(dataset.info.clock)
     return tuple(_of_split(items, split, time_key) for split in splits.values())
@@ -94,13 +94,13 @@ def _of_split(items: pl.DataFrame, split: Split, time_key: str | None) -> SplitL
 
 
 def _whole(folds: Sequence[FoldLeakage]) -> FoldLeakage | None:
-    """Choose all folds together, of the leading kind; None where nothing tests."""
+    """Return all folds combined, of the leading kind; None if the test set is empty."""
     together = [fold for fold in folds if fold.of == folds[0].of and fold.fold == ALL_FOLDS]
     return next(iter(together or folds), None)
 
 
 def _tested(rows: pl.DataFrame, fold: Fold, time_key: str | None) -> tuple[int, pl.DataFrame]:
-    """Return how many train, and the tests: ``distance_m``, ``wait_s`` (null: none), ``trains`` (does their walk)."""
+    """Return the size of the training set, and the test set: ``distance_m``, ``wait_s`` (null: none), ``trains``."""
     tests = pl.col("group").is_in(fold.test)
     train = rows.filter(~tests)
     floors = [_with_distance(train, part) for part in rows.filter(tests).partition_by(_FLOOR)]
@@ -111,7 +111,7 @@ def _tested(rows: pl.DataFrame, fold: Fold, time_key: str | None) -> tuple[int, 
 
 
 def _with_distance(train: pl.DataFrame, test: pl.DataFrame) -> pl.DataFrame:
-    """Add ``distance_m``, from each of ``test``, all on one floor, to the nearest of ``train`` there; null: none."""
+    """Add ``distance_m``, from each of ``test``, all on one floor, to the nearest of ``train`` there; null if none."""
     there = train.join(test.select(_FLOOR).unique(), on=_FLOOR, how="semi").select("x", "y").drop_nulls()
     place = test.select("x", "y").cast(pl.Float64).fill_null(float("nan")).to_numpy()
     distance = np.full(len(place), np.nan)
@@ -161,14 +161,14 @@ def _spread(values: pl.Series) -> QuantileSummary | None:
 
 
 def _verdict(kind: str, whole: FoldLeakage | None) -> str:
-    """Say in a sentence what a split of this kind measures."""
+    """Describe in a sentence what a split of this kind measures."""
     if whole is None:
-        return "nothing tests"
+        return "the test set is empty"
     what = "windows" if whole.of == IMU else "fingerprints"
     if whole.distance_m is None:
-        return f"no test {what} have training ones on their floor: measures new floors"
-    where = f"half of the test {what} have a training one within {whole.distance_m.p50:.1f} m"
-    walks = f"{100 * whole.same_walk:.0f} % are of walks that also train"
+        return f"no floor of the test {what} is in the training set: measures new floors"
+    where = f"half of the test {what} are within {whole.distance_m.p50:.1f} m of a training one"
+    walks = f"{100 * whole.same_walk:.0f} % are from walks that are also in the training set"
     if whole.distance_m.p50 > NEW_PLACE_M:
         measures = "new places"
     elif whole.same_walk > _MOST:

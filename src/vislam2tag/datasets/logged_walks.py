@@ -1,7 +1,7 @@
-"""Data sets made of walks that were logged by other programs: taps at known places, radio and inertial readings.
+"""Data sets made from walks logged by other programs: taps at known places, radio and inertial readings.
 
-Each walk is read, labelled by its taps, and written to the scratch folder; the tables scan what lies there, so that one
-walk is in memory at a time. Between taps, a walk leads straight, at a constant pace, as surely as that is.
+Each walk is read, labelled by its taps, and written to the scratch folder, which the tables scan, so that one walk is
+in memory at a time. Between taps a walk is straight with constant speed, and sigma reflects how uncertain this is.
 """
 
 from __future__ import annotations
@@ -51,22 +51,24 @@ from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import label_readings, status_text
 
 TAP_SIGMA_M = 0.3
-"""Where the walker stands when tapping, against the place tapped at; one standard deviation per axis."""
+"""Standard deviation per axis of the walker's position at a tap, against the tapped place."""
 PACE_M2_S = 0.25
-"""How fast the variance of a walker at an uneven pace grows from a tap on (m^2/s), as a Brownian bridge between two.
+"""Growth of the position's variance after a tap, because of uneven speed (m^2/s), as a Brownian bridge between two
+taps.
 
-From real walks: inner taps left out and interpolated (docs/reference/importing.md, "Positions between taps")."""
+From real walks: inner taps were removed and interpolated (docs/reference/importing.md, "Positions between taps")."""
 FARTHEST_M = 10_000.0
-"""No site is larger: a tap farther away than this is a fault."""
+"""A tap farther from the others is an error, because no site is larger."""
 LONGEST_LEG_S = 600.0
-"""Nobody walks straight for longer: between taps farther apart in time nothing is known."""
+"""Longest straight leg; positions between taps farther apart in time are unknown."""
 _STEP_NS = 500_000_000
-"""Frames are made this far apart, so that sigma between them is nearly linear."""
+"""Interval of the frames, so that sigma between them is nearly linear."""
 
 
 @dataclass(frozen=True)
 class Waypoints:
-    """Taps of one walk in time order, each time once: ``time_ns`` (n,), ``position`` (n, 2) metres, ``floor`` (n,)."""
+    """Taps of one walk in time order, with unique times: ``time_ns`` (n,), ``position`` (n, 2) metres, ``floor``
+    (n,)."""
 
     time_ns: IntArray
     position: FloatArray
@@ -74,23 +76,23 @@ class Waypoints:
 
     @classmethod
     def of(cls, time_ns: IntArray, position: FloatArray, floor: IntArray) -> Waypoints:
-        """Put taps (n,) into time order; of several at one time the first counts."""
+        """Put taps (n,) into time order; of several taps at one time the first counts."""
         order = np.unique(time_ns, return_index=True)[1]
         return cls(time_ns[order], position[order], floor[order])
 
     def __len__(self) -> int:
-        """Return how many taps there are."""
+        """Return the number of taps."""
         return len(self.time_ns)
 
     @property
     def leg_m(self) -> FloatArray:
-        """Straight way (n - 1,) from each tap to the next, metres; 0 where it is not known."""
+        """Straight distance (n - 1,) from each tap to the next, metres; 0 if it is unknown."""
         known: FloatArray = np.where(self.straight, np.linalg.norm(np.diff(self.position, axis=0), axis=1), 0.0)
         return known
 
     @property
     def straight(self) -> BoolArray:
-        """Mask (n - 1,) of the legs that were walked straight: on one floor and not for too long."""
+        """Mask (n - 1,) of the legs on one floor that are not too long in time."""
         known: BoolArray = (np.diff(self.floor) == 0) & (np.diff(self.time_ns) <= LONGEST_LEG_S * 1e9)
         return known
 
@@ -98,8 +100,8 @@ class Waypoints:
 def trajectory_between(taps: Waypoints) -> Trajectory:
     """Make frames at the taps and between them; there are none before the first and after the last.
 
-    Between two taps on different floors, or too far apart in time, lies a frame without a position (``gap``): how the
-    walker went there is not known. The variance per axis is ``TAP_SIGMA_M^2 + PACE_M2_S a b / (a + b)``, a and b
+    Between two taps on different floors, or too far apart in time, there is a frame without a position (``gap``),
+    because the path is unknown. The variance per axis is ``TAP_SIGMA_M^2 + PACE_M2_S a b / (a + b)``, with a and b the
     seconds from and to a tap.
     """
     time_ns = _frame_times(taps)
@@ -136,24 +138,24 @@ def _frame_times(taps: Waypoints) -> IntArray:
 
 
 _LABELS = LabelSettings(max_sigma_m=math.inf)
-"""No place between taps is too unsure to be one: its sigma is stated."""
+"""Positions between taps are never too uncertain, because their sigma is stated."""
 _ROWS_A_GROUP = 20_000
-"""Of the joined files: small enough to read one walk without its neighbours."""
+"""Rows in a group of the joined files: small enough to read one walk without its neighbours."""
 
 
 @dataclass(frozen=True)
 class LoggedWalk:
-    """One walk as its file has it.
+    """One walk as its file contains it.
 
-    ``taps.floor`` holds indices into the data set's places. ``tables`` are as a
-    :class:`~vislam2tag.sessions.model.Session` has them: ``wifi``, ``ble`` (as :func:`.fingerprints.radio_rows` makes
-    it) and ``sensors``; each may lack.
+    ``taps.floor`` contains indices into the data set's places. ``tables`` are as in
+    :class:`~vislam2tag.sessions.model.Session`: ``wifi``, ``ble`` (as from :func:`.fingerprints.radio_rows`) and
+    ``sensors``; each is optional.
     """
 
     slug: str
     name: str
     place: Storey | None
-    """Where all of it was walked; None: as its taps say."""
+    """Place of the whole walk; None: the places of its taps."""
     device: str | None
     taps: Waypoints
     tables: Mapping[str, pl.DataFrame]
@@ -165,9 +167,9 @@ class LoggedWalk:
     source: str
     """SHA-256 of the file."""
     file: str
-    """How the data set's inputs name it."""
+    """Name of the file in the data set's inputs."""
     findings: Sequence[Finding] = ()
-    """Of the file."""
+    """Findings of the file."""
 
 
 _File = TypeVar("_File")
@@ -181,9 +183,9 @@ def walks_dataset(
     read: Callable[[_File], LoggedWalk],
     plans: Mapping[str, Path] = MappingProxyType({}),
 ) -> Dataset:
-    """Label the walks of files, which come in the order of their slugs, one at a time, and make their data set.
+    """Label the walks, which must be in the order of their slugs, one at a time, and make their data set.
 
-    ``info`` has one source, which gets the checksums of the files; the findings of the walks are added.
+    ``info`` has one source, to which the checksums of the files are added; the findings of the walks are added, too.
     """
     settings, scratch = DatasetSettings(), context.scratch
     findings: list[Finding] = []
@@ -212,7 +214,7 @@ def walks_dataset(
 def _parts(
     walk: LoggedWalk, places: Sequence[Storey], settings: DatasetSettings
 ) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
-    """Label a walk: its rows of all tables, and what is odd about it."""
+    """Label a walk; return its rows of all tables, and its findings."""
     trajectory = trajectory_between(walk.taps)
     motion = PhoneMotion.of(_frames(trajectory))
     who = SessionWalk(walk.slug, "", walk.device or "", walk.name, motion)
@@ -232,7 +234,7 @@ def _parts(
 
 
 def _joined(scratch: Folder, table: str, rows: pl.LazyFrame) -> pl.LazyFrame:
-    """Stream the walks' files of a table into one, which is read many times."""
+    """Stream the walks' files of a table into one, which is read often."""
     whole = f"{table}.parquet"
     write_parquet(rows, scratch, whole, row_group_size=_ROWS_A_GROUP)
     scratch.remove_tree(table)
@@ -272,7 +274,7 @@ def _session(walk: LoggedWalk, places: Sequence[Storey], motion: PhoneMotion, fi
 
 
 def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Sum findings of one kind and message over walks, in order of their first; the first file by name is named."""
+    """Sum findings of one kind and message over walks, in order of the first; the first file by name is named."""
     groups: dict[tuple[str, str], list[Finding]] = {}
     for finding in findings:
         groups.setdefault((finding.kind, finding.message), []).append(finding)
@@ -286,12 +288,12 @@ def summed_findings(findings: Sequence[Finding]) -> tuple[Finding, ...]:
 def _tap_findings(walk: LoggedWalk) -> list[Finding]:
     if len(walk.taps) >= 2:
         return []
-    message = "walks have fewer than two taps: none of their readings has a position"
+    message = "walks with fewer than two taps: none of their readings has a position"
     return [Finding(kind="too_few_taps", file=walk.name, count=1, message=message)]
 
 
 def _date(walk: LoggedWalk) -> pl.Expr:
-    """The day of each fingerprint: a walk may end on the next one."""
+    """The date of each fingerprint; a walk may end on the next day."""
     if walk.started is None:
         return pl.lit(None, pl.Date).alias("date")
     since_us = (pl.col("start_ns") - walk.first_ns) // 1000
@@ -304,7 +306,7 @@ def _labelled(table: pl.DataFrame, trajectory: Trajectory) -> pl.DataFrame:
 
 
 def _frames(trajectory: Trajectory) -> pl.DataFrame:
-    """The trajectory as Motion reads it."""
+    """The trajectory in the columns that the motion is read from."""
     unknown = pl.lit(None, pl.Float64)
     return pl.DataFrame(
         {

@@ -1,13 +1,13 @@
-"""A radio map by Gaussian processes: the mean and the deviation of the RSSI of one access point over a floor.
+"""A radio map by Gaussian processes: mean and standard deviation of an access point's RSSI over a floor.
 
-It is made of the labelled scans of one floor and technology, as arrays. The RSSI of an access point is a trend that
-path loss makes, shadowing of a few metres (Gudmundson 1991), and noise:
+It is made from the labelled scans of one floor and technology, as arrays. The RSSI of an access point is the sum of a
+trend from path loss, shadowing of a few metres (Gudmundson 1991), and noise:
 
     k(a, b) = trend^2 exp(-d^2 / 2 l^2) + shadowing^2 (1 + sqrt(3) d / m) exp(-sqrt(3) d / m),   d = |a - b|
 
-What l, m and the three deviations are, walls and people decide, so that all access points of a floor share them: they
-are those under which the readings of a sample of access points together are most likely. Only heard readings count
-here; how often an access point is heard is a map of its own (:func:`.radio_maps.heard_share`).
+l, m and the three standard deviations depend on walls and people, so all access points of a floor share them. They
+maximise the joint likelihood of the readings of a sample of access points. Only heard readings count here; how often an
+access point is heard is a separate map (:func:`.radio_maps.heard_share`).
 """
 
 from __future__ import annotations
@@ -45,24 +45,24 @@ class MapPlace(NamedTuple):
 
 @dataclass(frozen=True)
 class MapReadings:
-    """Scans (s) and the readings (k) of the access points (a) that are mapped; positions are BCS metres."""
+    """Scans (s) and the readings (k) of the mapped access points (a); positions are BCS metres."""
 
     bssids: tuple[str, ...]
     scan_position: FloatArray
     """(s, 2)"""
     scan_fold: IntArray
-    """(s,) part, 0 to FOLDS - 1, that is left out with the scan; walks stay whole where there are several."""
+    """(s,) fold of the scan, 0 to FOLDS - 1; walks stay whole if there are several."""
     scan: IntArray
     """(k,) index of the reading's scan."""
     access_point: IntArray
     """(k,) index of the reading's access point."""
     position: FloatArray
-    """(k, 2) where the phone was when it heard it; NaN where that is not known."""
+    """(k, 2) position of the phone at the reading; NaN if unknown."""
     rssi_dbm: FloatArray
-    """(k,) as the mean of all devices would hear it: the offset of the reading's device is taken off."""
+    """(k,) RSSI without the offset of the reading's device, as the mean of all devices would hear it."""
     place: MapPlace
     offsets_db: Mapping[str, float]
-    """Of the devices."""
+    """Offsets of the devices."""
 
     def indices(self, bssids: Sequence[str]) -> IntArray:
         """Index of each of these access points (m,)."""
@@ -77,7 +77,7 @@ class MapReadings:
 def heard_at(dataset: Dataset) -> pl.DataFrame:
     """Count the labelled readings of each access point on each floor: building, floor, technology, bssid, readings.
 
-    Most heard first on each floor.
+    Sorted by readings on each floor, most first.
     """
     heard = dataset.readings.join(_labelled(dataset).select("scan_id", *_PLACE), on="scan_id")
     counts = heard.group_by(*_PLACE, "bssid").agg(readings=pl.len()).collect(engine="streaming")
@@ -85,7 +85,7 @@ def heard_at(dataset: Dataset) -> pl.DataFrame:
 
 
 def offsets_db(dataset: Dataset) -> dict[tuple[str, str], float]:
-    """How much louder a device hears than the mean of those that share places with it, by technology and device."""
+    """Offset of each device against the mean of devices that share places with it, by technology and device."""
     places = PlaceMeans()
     scans = _labelled(dataset)
     devices = dict(scans.group_by("technology").agg(pl.col("device").unique().sort()).collect().iter_rows())
@@ -106,7 +106,7 @@ def offsets_db(dataset: Dataset) -> dict[tuple[str, str], float]:
 def map_readings(
     dataset: Dataset, place: MapPlace, bssids: Collection[str], offsets: dict[tuple[str, str], float]
 ) -> MapReadings:
-    """Collect what one floor's maps are made of; ``offsets`` as :func:`offsets_db` gives them."""
+    """Collect the data of one floor's maps; ``offsets`` as from :func:`offsets_db`."""
     here = pl.all_horizontal(pl.col(name) == value for name, value in place._asdict().items())
     scans = _labelled(dataset).filter(here).sort("scan_id").collect()
     scans = scans.with_columns(fold=_folds(scans)).with_row_index("scan")
@@ -142,7 +142,7 @@ def _labelled(dataset: Dataset) -> pl.LazyFrame:
 
 
 def _folds(scans: pl.DataFrame) -> pl.Series:
-    """Part of each scan (in order of scan_id): whole walks in turn, or fifths of the way where there is one walk."""
+    """Fold of each scan (in order of scan_id): whole walks in turn, or fifths of the path if there is only one walk."""
     walk = scans["session"].fill_null("").rank("dense").cast(pl.Int64) - 1
     if walk.n_unique() > 1:
         return walk % FOLDS
@@ -150,13 +150,13 @@ def _folds(scans: pl.DataFrame) -> pl.Series:
 
 
 SAMPLE_READINGS = 120
-"""Readings of an access point that set the kernel: a likelihood costs their cube."""
+"""Readings of an access point used for the kernel; the cost of a likelihood grows with their cube."""
 _SQUARE_M = 0.5
-"""Side of the smallest square whose readings are averaged, metres: much shorter than shadowing is."""
+"""Side of the smallest square whose readings are averaged, metres; much shorter than the shadowing length."""
 _AT_ONCE = 4000
-"""Positions predicted at once: each takes a row of the covariance with all points."""
+"""Positions predicted at once; each takes a row of the covariance with all points."""
 _PRIOR_READINGS = 20
-"""How many readings the kernel's own deviation counts as against what an access point's residuals say."""
+"""Weight of the kernel's own deviation, in readings, against an access point's residuals."""
 
 
 class MapKernel(Record):
@@ -170,14 +170,14 @@ class MapKernel(Record):
     """Standard deviation of single readings at one place."""
 
     def smooth(self) -> Kernel:
-        """The kernel without noise, as scikit-learn has it."""
+        """The kernel without noise, as a scikit-learn kernel."""
         trend = ConstantKernel(self.trend_db**2, (1.0, 1e3)) * RBF(self.trend_m, (8.0, 100.0))
         return trend + ConstantKernel(self.shadowing_db**2, (0.01, 400.0)) * Matern(self.shadowing_m, (0.7, 8.0), 1.5)
 
 
 @dataclass(frozen=True)
 class MapPoints:
-    """Readings of one access point, those of one square and fold as one where there are many (n points, k readings)."""
+    """Readings of one access point, averaged by square and fold if there are many (n points, k readings)."""
 
     position: FloatArray
     """(n, 2)"""
@@ -188,18 +188,18 @@ class MapPoints:
     of_reading: IntArray
     """(k,) point of each reading."""
     square_m: float | None
-    """Side of the squares; None where each reading is a point."""
+    """Side of the squares; None if each reading is a point."""
 
     @property
     def readings(self) -> IntArray:
-        """How many readings each point is the mean of (n,)."""
+        """Number of readings behind each point (n,)."""
         return np.bincount(self.of_reading, minlength=len(self.rssi_dbm))
 
 
 def map_points(position: FloatArray, rssi_dbm: FloatArray, fold: IntArray, most: int) -> MapPoints:
-    """Take readings (k,) as they are, or average them in squares that double until there are at most ``most``.
+    """Keep readings (k,) as they are, or average them in squares that double until there are at most ``most``.
 
-    So a map costs what its floor is large, not how often it was walked.
+    The cost of a map thus depends on the size of its floor, not on the number of walks.
     """
     if len(rssi_dbm) <= most:
         return MapPoints(position, rssi_dbm, fold, np.arange(len(rssi_dbm)), None)
@@ -218,7 +218,7 @@ def map_points(position: FloatArray, rssi_dbm: FloatArray, fold: IntArray, most:
 
 
 def fit_kernel(readings: MapReadings, access_points: IntArray) -> MapKernel:
-    """Find the kernel under which the readings of access points (m,), by index, are together most likely."""
+    """Find the kernel that maximises the joint likelihood of the readings of access points (m,), by index."""
     samples = [_sample(*readings.of(int(index))[:2]) for index in access_points]
     start = MapKernel()
     kernel = start.smooth() + WhiteKernel(start.noise_db**2, (0.25, 200.0))
@@ -243,7 +243,7 @@ def fit_kernel(readings: MapReadings, access_points: IntArray) -> MapKernel:
 
 
 def _sample(position: FloatArray, rssi_dbm: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """At most SAMPLE_READINGS of readings (k, 2) and (k,), drawn alike each time."""
+    """At most SAMPLE_READINGS of readings (k, 2) and (k,), always the same draw."""
     if len(rssi_dbm) <= SAMPLE_READINGS:
         return position, rssi_dbm
     chosen = np.random.default_rng(0).permutation(len(rssi_dbm))[:SAMPLE_READINGS]
@@ -252,21 +252,21 @@ def _sample(position: FloatArray, rssi_dbm: FloatArray) -> tuple[FloatArray, Flo
 
 @dataclass(frozen=True)
 class LeftOutReadings:
-    """Readings (k,) predicted from the other folds: error (truth less prediction) and stated deviation, dB."""
+    """Readings (k,) predicted from the other folds: error (truth minus prediction) and stated deviation, dB."""
 
     error_db: FloatArray
     deviation_db: FloatArray
     distance_m: FloatArray
-    """To the nearest point of another fold; inf where there is none."""
+    """Distance to the nearest point of another fold; inf if there is none."""
 
 
 @dataclass(frozen=True)
 class MapProcess:
-    """The process of one access point, fitted; made by :func:`fit_process`."""
+    """The fitted process of one access point, made by :func:`fit_process`."""
 
     kernel: MapKernel
     scale: float
-    """Factor of all deviations, by what its own left-out readings say."""
+    """Factor on all deviations, from its own left-out readings."""
     level_dbm: float
     left_out: LeftOutReadings
     _process: GaussianProcessRegressor
@@ -286,7 +286,7 @@ class MapProcess:
 def fit_process(points: MapPoints, rssi_dbm: FloatArray, kernel: MapKernel, reach_m: float) -> MapProcess:
     """Fit the map of one access point from its ``points``; ``rssi_dbm`` (k,) are its single readings.
 
-    Deviations are set by left-out readings that have a point of another fold within ``reach_m``.
+    Deviations are calibrated with left-out readings that have a point of another fold within ``reach_m``.
     """
     level = float(np.average(points.rssi_dbm, weights=points.readings))
     noise = kernel.noise_db**2 / points.readings

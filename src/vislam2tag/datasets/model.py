@@ -1,6 +1,6 @@
-"""The data set as a value: its manifest, its tables (lazy: they may be larger than memory) and its splits.
+"""The data set as a value: its manifest, its tables (lazy, because they may be larger than memory) and its splits.
 
-Its tables are read one session after the other: what keeps memory flat however many sessions it has.
+Tables are read one session at a time, so memory does not grow with the number of sessions.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ FORMAT_VERSION = 1
 
 
 class Storey(NamedTuple):
-    """A floor of a building."""
+    """A floor of a building: name of the building (empty if there is only one) and number of the floor."""
 
     building: str
     floor: int
 
 
 class FloorInfo(Record):
-    """One floor; positions on it are in its BCS."""
+    """One floor. Positions on it are in its BCS."""
 
     building: str = ""
     number: int
@@ -44,9 +44,9 @@ class FloorInfo(Record):
     width_m: float | None = None
     height_m: float | None = None
     plan: str | None = None
-    """File in the data set's folder that shows exactly width x height."""
+    """Image in the data set's folder that covers exactly width x height."""
     lower_left_m: tuple[float, float] = (0.0, 0.0)
-    """Lower left corner of what the plan shows, BCS."""
+    """Lower left corner of the plan, BCS."""
     georeference: Georeference | None = None
 
 
@@ -60,17 +60,17 @@ class Grouping(Record):
 
 
 class DatasetSource(Record):
-    """What a data set was made of: a survey labelled by this program, or files of another format."""
+    """Source of a data set: a survey labelled by this program, or files of another format."""
 
     kind: str
     """``process`` or the name of an import format."""
     name: str
-    """The folder's or file's own name."""
+    """Name of the folder or file."""
     version: str
     """Version of this program."""
     settings: dict[str, object] = {}
     inputs: dict[str, str] = {}
-    """SHA-256 of each input, or of all that a session's result follows from."""
+    """SHA-256 of each input, or of everything that a session's result depends on."""
 
 
 class TableAccount(Record):
@@ -99,38 +99,38 @@ class DatasetInfo(Record):
     publisher: str | None = None
     doi: str | None = None
     contact: str | None = None
-    """Where to write to."""
+    """E-mail address or URL."""
     funding: tuple[Funding, ...] = ()
     related: tuple[Related, ...] = ()
     bssid_key: str | None = None
-    """Name of the key that identifiers of access points were hashed with (:mod:`.privacy`); None: they are plain."""
+    """Name of the key that identifiers of access points were hashed with (:mod:`.privacy`); None: not hashed."""
     frame: str = "BCS of each floor, metres"
     clock: Literal["boot", "unix", "none"] = "boot"
-    """What ``time_ns`` counts from: the phone's start, 1970, or there are no times."""
+    """Origin of ``time_ns``: the phone's start, 1970, or none if there are no times."""
     floors: tuple[FloorInfo, ...]
     groupings: tuple[Grouping, ...] = ()
     sources: tuple[DatasetSource, ...] = ()
     findings: tuple[Finding, ...] = ()
-    """What was odd about what it was made of: counted, never silently dropped."""
+    """Findings about the input data."""
     made_by: str = ""
-    """The command of this program that wrote it; empty where that is not known."""
+    """The command of this program that wrote it; empty if unknown."""
     tables: dict[str, TableAccount] = Field(default_factory=dict)
     splits: dict[str, TableAccount] = Field(default_factory=dict)
 
 
 TRAIN, TEST = "train", "test"
-"""Parts of a split as formats and models call them."""
+"""Names of the parts of a split."""
 
 
 class Fold(Record):
-    """One way to train and test: the groups that test; all others train."""
+    """One way to train and test: the groups of the test set; all other groups are the training set."""
 
     name: str
     test: tuple[str, ...]
 
 
 class SplitInfo(Record):
-    """How a split was made (``splits/NAME.json``)."""
+    """Parameters and folds of a split (``splits/NAME.json``)."""
 
     name: str
     kind: str
@@ -141,7 +141,7 @@ class SplitInfo(Record):
 
 @dataclass(frozen=True)
 class Split:
-    """A split: every fingerprint's (and IMU window's) group, and which groups test in each fold.
+    """A split: the group of every fingerprint and IMU window, and the test groups of each fold.
 
     ``groups`` has columns ``id`` (``scan_id`` or ``window_id``) and ``group`` (text; null: in neither part).
     """
@@ -150,14 +150,14 @@ class Split:
     groups: pl.DataFrame
 
     def fold(self, name: str) -> Fold:
-        """Return the fold of this name; raises KeyError where there is none."""
+        """Return the fold of this name; raises KeyError if there is none."""
         for fold in self.info.folds:
             if fold.name == name:
                 return fold
         raise KeyError(name)
 
     def train_test_ids(self, fold: Fold) -> tuple[pl.Series, pl.Series]:
-        """Return the ids that train and those that test."""
+        """Return the ids of the training set and of the test set."""
         grouped = self.groups.filter(pl.col("group").is_not_null())
         tests = pl.col("group").is_in(fold.test)
         return grouped.filter(~tests)["id"], grouped.filter(tests)["id"]
@@ -165,13 +165,14 @@ class Split:
 
 @dataclass(frozen=True, repr=False)
 class Dataset(Drawable):
-    """A data set; ``tables`` by the names of :mod:`vislam2tag.datasets.schema`, each with exactly that schema."""
+    """A data set. ``tables`` are lazy Polars frames by the names of :mod:`vislam2tag.datasets.schema`, each with
+    exactly that schema."""
 
     info: DatasetInfo
     tables: Mapping[str, pl.LazyFrame]
     splits: Mapping[str, Split] = field(default_factory=dict)
     files: Mapping[str, AnyPath] = field(default_factory=dict)
-    """Further files by their path in the folder (plans); the values say where they lie now."""
+    """Further files (plans) by their path in the folder; the values are their present paths."""
 
     def _facts(self) -> dict[str, object]:
         return {
@@ -188,12 +189,12 @@ class Dataset(Drawable):
 
     @property
     def labelled(self) -> int:
-        """How many fingerprints have a position."""
+        """Number of fingerprints with a position."""
         return int(self.fingerprints.select(pl.col("x").count()).collect(engine="streaming").item())
 
     @property
     def measured(self) -> bool:
-        """Whether there is any measurement: a reading, a range, or a row of the magnetic field or of inertial data."""
+        """Whether there is any measurement: a reading, a range, or a row of magnetic or inertial data."""
         return any(table in self.tables and self._has_rows(table) for table in MEASURED)
 
     def _has_rows(self, table: str) -> bool:
@@ -215,7 +216,7 @@ class Dataset(Drawable):
         return self.tables[SESSIONS]
 
     def site_floor(self, storey: Storey) -> Floor:
-        """Return a floor as figures draw it, with its plan where there is one; the manifest need not know the floor."""
+        """Return a floor for figures, with its plan if there is one; the manifest need not contain the floor."""
         points = ControlPoints((), np.zeros((0, 2)))
         for floor in self.info.floors:
             if (floor.building, floor.number) == storey:
@@ -227,18 +228,18 @@ class Dataset(Drawable):
 
 
 _PARTS = 16
-"""Tables that are added up at once."""
+"""Number of tables that are added up at once."""
 
 
 @dataclass
 class RunningTotal:
-    """A table summed by its keys as parts of it come: what is kept grows with the keys, not with the sessions."""
+    """A table summed by its keys, part by part; its size grows with the keys, not with the sessions."""
 
     keys: Sequence[str]
     totals: Sequence[pl.Expr] = ()
-    """How the other columns of rows with the same keys become one; none: there are no others."""
+    """How the other columns of rows with the same keys are combined; none: there are no others."""
     schema: Mapping[str, PolarsDataType] = field(default_factory=dict)
-    """Of the table that nothing was added to."""
+    """Schema of the empty table."""
     _parts: list[pl.DataFrame] = field(default_factory=list)
 
     def add(self, part: pl.DataFrame) -> None:
@@ -274,8 +275,8 @@ def each_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame) -> Iterator
 def one_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, session: str) -> SessionTables:
     """Read the tables of one session.
 
-    Readings are found by the range of the session's scan ids first: ids of a session share their beginning, so that
-    Parquet's statistics spare reading the other sessions.
+    Readings are first selected by the range of the session's scan ids, which share their beginning, so that Parquet
+    statistics avoid reading the other sessions.
     """
     own = fingerprints.filter(pl.col("session") == session).collect()
     ids = own["scan_id"]
@@ -286,9 +287,9 @@ def one_session(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, session: str
 def readings_by_session(
     fingerprints: pl.LazyFrame, readings: pl.LazyFrame, work: Callable[[pl.LazyFrame], pl.LazyFrame]
 ) -> pl.LazyFrame:
-    """Do lazily what ``work`` does to the readings of a session, one session after the other.
+    """Apply ``work`` lazily to the readings of each session, one session after the other.
 
-    For work that must see a scan whole, as grouping does: over all readings at once it would hold them all.
+    For work that needs whole scans, such as grouping, which would need all readings in memory at once.
     """
     parts = [work(own) for _, own in session_readings(fingerprints, readings)]
     return pl.concat(parts) if parts else work(readings)

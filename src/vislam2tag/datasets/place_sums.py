@@ -1,13 +1,13 @@
-"""How loud access points are heard at places: what two phones differ by, and what two surveys heard there.
+"""Signal strength of access points at places: offsets between devices, and sums for the comparison of two surveys.
 
-Offsets of devices: mean RSSI of a phone in a cell = what an access point has there + the phone's offset. The places are
-eliminated; what remains is the Laplacian of the graph of phones that share places, whose least-squares solution of
-least norm has a mean of zero in each of its connected parts.
+Offsets of devices: the mean RSSI of a phone in a cell is a value of the access point there plus the phone's offset.
+Eliminating the places leaves the Laplacian of the graph of phones that share places. Its least-squares solution with
+the smallest norm has a mean of zero in each connected part.
 
-Sums free of these offsets: loudness counts from the faintest level that every phone of both surveys hears, and is zero
-where a scan did not hear the access point: so that "not heard" is a value, and no phone hears more for being more
-sensitive. What a walk heard at a place counts once, by its mean: its scans there share the way it took, how the phone
-was held, and the hour.
+Sums without these offsets: strength counts from the faintest level that every phone of both surveys can hear, and is
+zero if a scan did not hear the access point. "Not heard" thus has a value, and more sensitive phones do not hear more.
+Each walk counts once at a place, with its mean, because its scans there share the path, the way the phone was held, and
+the time of day.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CELL_M = 2.0
 _OFFSET_PLACE = ("technology", "building", "floor", "column", "row", "bssid")
 _PARTS = 16
 _SINGULAR = 1e-9
-"""Share of the greatest singular value below which one is zero: sums over many places leave it above rounding."""
+"""Share of the largest singular value below which one is zero; sums over many places leave it above rounding."""
 
 
 def _offset_sums() -> RunningTotal:
@@ -58,7 +58,8 @@ class PlaceMeans:
         self._sums.add(sums)
 
     def shared(self) -> pl.DataFrame:
-        """Mean RSSI (``rssi_dbm``) of each device where at least two heard the same access point, in order."""
+        """Mean RSSI (``rssi_dbm``) of each device at places where at least two heard the same access point, in
+        order."""
         merged = self._sums.table.filter(pl.len().over(_OFFSET_PLACE) > 1)
         return merged.sort(*_OFFSET_PLACE, "device").with_columns(rssi_dbm=pl.col("sum") / pl.col("count"))
 
@@ -66,7 +67,7 @@ class PlaceMeans:
 def device_offsets(shared: pl.DataFrame, devices: Sequence[str]) -> dict[str, tuple[float | None, int]]:
     """Solve for each device's offset against the mean of those that share places with it, dB, and count these places.
 
-    ``shared`` is as :meth:`PlaceMeans.shared` gives it, of one technology.
+    ``shared`` is the result of :meth:`PlaceMeans.shared` for one technology.
     """
     if not len(shared):
         return dict.fromkeys(devices, (None, 0))
@@ -96,15 +97,15 @@ PLACE = ("building", "floor", "column", "row")
 BASE, LATER = "base", "later"
 SURVEYS = (BASE, LATER)
 LEAST_READINGS = 100
-"""A device with fewer readings does not say what it cannot hear."""
+"""A device with fewer readings does not show what it cannot hear."""
 _FAINTEST_DBM = -90.0
-"""What phones hear, where none has enough readings to tell."""
+"""Assumed faintest level if no phone has enough readings."""
 _OUTLIER_DB = 10.0
-"""Devices that differ by more at a place heard different things, not differently."""
+"""Devices with a larger difference at a place heard different transmitters."""
 _MOST_ROUNDS = 20
-"""Of leaving out and solving again: two surveys of one building settle in three."""
+"""Rounds of removing outliers and solving; two surveys of one building need three."""
 _SMALL_DB = 5e-5
-"""Offsets are rounded to twice as much: they settle, or do not."""
+"""Convergence limit of offsets; they are rounded to twice as much."""
 _UNKNOWN = "unknown"
 _TYPES: Mapping[str, pl.DataType] = {
     **dict.fromkeys(("building", "bssid"), pl.String()),
@@ -119,20 +120,20 @@ class PlaceSums:
     """The common places of two surveys, for one technology."""
 
     offsets_db: Mapping[tuple[str, str], float]
-    """Of each survey and device, against the mean of all."""
+    """Offset of each survey and device, against the mean of all."""
     faintest_dbm: float
-    """RSSI, without its device's offset, from which loudness counts."""
+    """RSSI, without its device's offset, from which strength counts."""
     places: pl.DataFrame
-    """PLACE, and of each survey: scans and walks, 0 where only the other has been."""
+    """PLACE, and for each survey: scans and walks, 0 if it was not there."""
     heard: pl.DataFrame
-    """PLACE, bssid, and of each survey: sum and squares of its walks' mean loudness (dB, dB^2), within (squared
+    """PLACE, bssid, and for each survey: sum and squares of its walks' mean strength (dB, dB^2), within (squared
     deviations of scans from their walk's mean, dB^2) and heard (scans that heard it), 0 for none."""
 
 
 def place_sums(surveys: Mapping[str, Dataset], technology: str, cell_m: float) -> PlaceSums:
     """Add up both surveys' labelled scans by cells of ``cell_m``; one session at a time is in memory.
 
-    Places and access points bound what is kept. A scan is where its fingerprint is.
+    The result grows with places and access points. A scan has the position of its fingerprint.
     """
     offsets = _offsets(surveys, technology)
     frame = pl.DataFrame(
@@ -159,7 +160,7 @@ def place_sums(surveys: Mapping[str, Dataset], technology: str, cell_m: float) -
 
 
 def _walk_sums(loud: pl.DataFrame, visits: pl.DataFrame) -> pl.DataFrame:
-    """Mean loudness of each access point at each place of a walk, scans that did not hear it included."""
+    """Mean strength of each access point at each place of a walk, including scans that did not hear it."""
     of_scan = loud.group_by(*PLACE, "scan_id", "bssid").agg(pl.col("loudness").mean())
     loudness = pl.col("loudness")
     sums = of_scan.group_by(*PLACE, "bssid").agg(
@@ -176,12 +177,12 @@ def _walk_sums(loud: pl.DataFrame, visits: pl.DataFrame) -> pl.DataFrame:
 
 
 def _of_survey(table: pl.DataFrame, keys: tuple[str, ...], survey: str) -> pl.DataFrame:
-    """Name the columns that are no keys after the survey."""
+    """Add the survey to the names of columns that are not keys."""
     return table.rename({name: f"{name}_{survey}" for name in table.columns if name not in keys})
 
 
 def _summed(parts: list[pl.DataFrame], keys: tuple[str, ...], values: tuple[str, ...]) -> pl.DataFrame:
-    """Add up by key, with columns of each survey even where one has nothing."""
+    """Add up by key, with columns of each survey even if one has no data."""
     names = [f"{value}_{survey}" for survey in SURVEYS for value in values]
     empty = pl.DataFrame(schema={name: _TYPES.get(name.split("_")[0], pl.Int64()) for name in (*keys, *names)})
     return pl.concat([empty, *parts], how="diagonal").group_by(keys).agg(pl.col(names).sum()).sort(keys)
@@ -222,7 +223,7 @@ def _offsets(surveys: Mapping[str, Dataset], technology: str) -> dict[tuple[str,
 
 
 def _robust_offsets(shared: pl.DataFrame, devices: list[str]) -> dict[str, float]:
-    """Solve, leave out what devices disagree about by too much (an access point that moved), and so on."""
+    """Solve, remove pairs with too large a difference (an access point that moved), and repeat."""
 
     def step(before: dict[str, float], _round: int) -> dict[str, float]:
         apart = pl.col("rssi_dbm") - pl.col("device").replace_strict(before, default=0.0)
@@ -233,7 +234,7 @@ def _robust_offsets(shared: pl.DataFrame, devices: list[str]) -> dict[str, float
         return max((abs(after[device] - before[device]) for device in devices), default=0.0)
 
     start = _solved(shared, devices)
-    what = "what devices of two surveys hear louder or fainter"
+    what = "the signal level offsets of devices in two surveys"
     return iterate(what, start, step, moved_db, tolerance=_SMALL_DB, most_rounds=_MOST_ROUNDS).state
 
 

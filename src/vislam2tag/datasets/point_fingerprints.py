@@ -1,4 +1,4 @@
-"""Data sets made of fingerprints at known points, as published tables hold them: one row a scan, no walks."""
+"""Data sets made from fingerprints at known points, as in published tables: one row for each scan, no walks."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ COLUMNS: Mapping[str, pl.DataType] = {
     "date": pl.Date(),
     "part": pl.String(),
 }
-"""What is known of each fingerprint (see :class:`PointFingerprints`), and its type."""
+"""Columns of a fingerprint (see :class:`PointFingerprints`), and their types."""
 GREATEST_M = 1e8
-"""Coordinates of map projections stay below; a greater one is a fault."""
+"""Larger coordinates are errors; those of map projections are below."""
 
 
 @dataclass(frozen=True)
 class PointFingerprints:
-    """Fingerprints as a table of the field holds them.
+    """Fingerprints from a table.
 
-    ``rows``: one a fingerprint with the columns of :data:`COLUMNS`; only ``row`` (any number that is unique) must be
-    there. ``session`` is any text that names what was recorded together, ``time_ns`` when, ``part`` ``train`` or
-    ``test`` in the split that comes with the data (null: in neither). ``heard``: ``row``, ``bssid``, ``rssi_dbm`` and,
-    where known, ``frequency_mhz``, of each access point heard.
+    ``rows``: one for each fingerprint, with the columns of :data:`COLUMNS`; only ``row`` (any unique number) is
+    required. ``session`` is a text that names the recording, ``time_ns`` the time, ``part`` is ``train`` or ``test`` in
+    the official split (null: in neither). ``heard``: ``row``, ``bssid``, ``rssi_dbm`` and, if known, ``frequency_mhz``,
+    of each access point heard.
     """
 
     rows: pl.DataFrame
@@ -43,13 +43,13 @@ class PointFingerprints:
 
 
 def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFrame = NO_NAMES) -> Dataset:
-    """Make a data set of fingerprints at points: ordered by session, then time, then row.
+    """Make a data set from fingerprints at points, ordered by session, then time, then row.
 
-    ``names`` is as :func:`~vislam2tag.datasets.access_points.access_point_table` takes it.
+    ``names`` is as in :func:`~vislam2tag.datasets.access_points.access_point_table`.
     """
     rows = _identified(points.rows)
     heard = points.heard.join(rows.select("row", "scan_id", "order", "floor", "x", "y", "time_ns", "sigma"), on="row")
-    # Rows come in order of transmitter within a scan, so that the bytes do not follow the table's column order.
+    # Rows are sorted by transmitter within a scan, so that the bytes do not depend on the table's column order.
     readings = in_schema(READINGS, heard.sort("order", "bssid").drop("row", "order"))
     fingerprints = in_schema(FINGERPRINTS, _fingerprints(rows, readings))
     tables = {
@@ -64,12 +64,12 @@ def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFr
 
 def _unlabelled(rows: pl.DataFrame) -> tuple[Finding, ...]:
     count = rows["x"].null_count()
-    message = "fingerprints have no position or no floor; their status is invalid"
+    message = "fingerprints have no position or no floor, so their status is invalid"
     return finding_if(count, "unlabelled_fingerprints", message, severity=Severity.WARNING)
 
 
 def floor_infos(rows: pl.DataFrame, elevation_m: Mapping[int, float] | None = None) -> tuple[FloorInfo, ...]:
-    """List the floors that fingerprints lie on, by building and number."""
+    """List the floors of the fingerprints, by building and number."""
     building = pl.col("building") if "building" in rows.columns else pl.lit("")
     floors = rows.select(building.fill_null("").alias("building"), pl.col("floor").cast(pl.Int32))
     pairs = floors.drop_nulls().unique().sort(pl.all())
@@ -89,7 +89,7 @@ def _identified(rows: pl.DataFrame) -> pl.DataFrame:
         pl.col("technology").fill_null("wifi"),
         pl.col("building").fill_null(""),
     )
-    # A position that lacks a part is none: its readings get none, either.
+    # An incomplete position counts as none, and so do those of its readings.
     near = pl.all_horizontal(pl.col(name).is_between(-GREATEST_M, GREATEST_M) for name in ("x", "y"))
     whole = (pl.col("floor").is_not_null() & near).fill_null(value=False)
     names = filled["session"].unique().sort().to_list()
@@ -150,7 +150,7 @@ def _sessions(rows: pl.DataFrame, info: DatasetInfo) -> pl.DataFrame:
 
 
 def _source(info: DatasetInfo) -> str:
-    """One checksum of all inputs: rows of one session may come from several files."""
+    """One checksum of all inputs, because rows of one session may come from several files."""
     inputs = "\n".join(f"{digest} {name}" for source in info.sources for name, digest in sorted(source.inputs.items()))
     return hashlib.sha256(inputs.encode()).hexdigest()
 

@@ -1,8 +1,8 @@
-"""Radio maps: over each floor, how loud each access point is heard, how much that varies, and how often it is heard.
+"""Radio maps: for each floor and access point, the mean signal strength, its variation, and how often it is heard.
 
-Which share of the scans at a place hears an access point is a kernel regression over all scans of a floor. Not heard is
-neither a weak reading nor a missing one: it is the other outcome of a scan, so it has a map of its own, which makes the
-map of the mean one of the readings that *are* heard.
+The share of scans at a place that hear an access point is a kernel regression over all scans of a floor. "Not heard" is
+neither a weak reading nor a missing one: it is another outcome of a scan and has its own map. The map of the mean is
+therefore a map of the readings that *are* heard.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from vislam2tag.datasets.settings import RadioMapSettings
 LEAST_READINGS = 10
 """Readings on a floor that an access point needs for a map."""
 MOST_POINTS = 1000
-"""Readings of an access point beyond which they are averaged in squares: a map costs their cube."""
+"""Readings of an access point above which they are averaged in squares; the cost of a map grows with their cube."""
 WIDTHS_M = (1.0, 1.5, 2.0, 3.0, 4.0)
-"""Widths of the kernel (one standard deviation) that are tried, metres."""
+"""Candidate widths of the kernel (one standard deviation), metres."""
 _REACH = 3.0
-"""Scans farther than this many widths do not count."""
+"""Scans at more than this many widths do not count."""
 _PRIOR_SCANS = 0.5
-"""How many scans the share of the whole floor counts as."""
+"""Weight of the whole floor's share, in scans."""
 _SAMPLE_SCANS = 1500
-"""Scans at which widths are compared."""
+"""Number of scans at which widths are compared."""
 
 
 def heard_share(
@@ -47,13 +47,13 @@ def heard_share(
 ) -> FloatArray:
     """Share of scans (n, a), 0 to 1, that hear each access point at positions (n, 2).
 
-    ``heard`` (s, a) is 1 where a scan heard it; ``floor_share`` (a,) is what holds where no scan is near.
+    ``heard`` (s, a) is 1 if a scan heard it; ``floor_share`` (a,) is the result if no scan is near.
     """
     return _share(_weights(position, scan_position, width_m), heard, floor_share)
 
 
 def heard_matrix(scan: IntArray, access_point: IntArray, scans: int, access_points: int) -> csr_array:
-    """Make (s, a) with 1 where a scan heard an access point, of the scan and access point of each reading (k,)."""
+    """Make (s, a) with 1 if a scan heard an access point, from the scan and access point of each reading (k,)."""
     matrix = csr_array((np.ones(len(scan)), (scan, access_point)), shape=(scans, access_points))
     matrix.sum_duplicates()
     matrix.data[:] = 1.0
@@ -61,7 +61,7 @@ def heard_matrix(scan: IntArray, access_point: IntArray, scans: int, access_poin
 
 
 def best_width(scan_position: FloatArray, fold: IntArray, heard: csr_array) -> float:
-    """Find the width (m) that predicts best what scans (s,) hear, by :func:`heard_error` over all access points."""
+    """Find the width (m) that best predicts what scans (s,) hear, by :func:`heard_error` over all access points."""
     return min(WIDTHS_M, key=lambda width: float(heard_error(scan_position, fold, heard, width).mean()))
 
 
@@ -77,7 +77,7 @@ def heard_error(scan_position: FloatArray, fold: IntArray, heard: csr_array, wid
 
 
 def _share(weights: csr_array, heard: csr_array, floor_share: FloatArray) -> FloatArray:
-    """Shares (n, a) by the weights (n, s) of scans, drawn to the floor's (a,)."""
+    """Shares (n, a) by the weights (n, s) of scans, shrunk towards the floor's (a,)."""
     total = np.asarray(weights.sum(axis=1))[:, None]
     share: FloatArray = ((weights @ heard).toarray() + _PRIOR_SCANS * floor_share) / (total + _PRIOR_SCANS)
     return share
@@ -86,31 +86,31 @@ def _share(weights: csr_array, heard: csr_array, floor_share: FloatArray) -> Flo
 def _weights(position: FloatArray, scan_position: FloatArray, width_m: float) -> csr_array:
     """Gaussian weight (n, s) of each scan near each position."""
     near = cKDTree(position).sparse_distance_matrix(cKDTree(scan_position), _REACH * width_m, output_type="ndarray")
-    # A pair that coincides is no explicit entry of some output types, but is of this one.
+    # Some output types drop pairs that coincide; this one keeps them.
     weight = np.exp(-0.5 * (near["v"] / width_m) ** 2)
     return csr_array((weight, (near["i"], near["j"])), shape=(len(position), len(scan_position)))
 
 
 MapLayer: TypeAlias = NDArray[np.float32]
 _SAMPLE = 12
-"""Access points of a floor that set what all its maps share."""
+"""Number of access points of a floor that determine the parameters of all its maps."""
 _MOST_CELLS = 250_000
-"""Cells of a floor (500 x 500) beyond which a label must be wrong or the cell too small for memory."""
+"""Cells of a floor (500 x 500) above which a label must be wrong or the cell too small for memory."""
 
 
 class MapErrors(Record):
-    """Readings predicted without those of their own fold: walks left out together, or fifths of the only walk."""
+    """Errors of readings predicted without their own fold: walks left out together, or fifths of the only walk."""
 
     readings: int
-    """Those with a reading of another fold within reach; the others are not counted."""
+    """Number of readings with one of another fold within reach; others are not counted."""
     rms_db: float | None
     bias_db: float | None
     within_one_deviation: float | None
-    """Share of the readings, 0 to 1; 0.68 where deviations are right."""
+    """Share of the readings, 0 to 1; 0.68 if deviations are right."""
 
     @classmethod
     def of(cls, left_out: map_process.LeftOutReadings, reach_m: float) -> MapErrors:
-        """Sum up the left-out readings of one map."""
+        """Summarise the left-out readings of one map."""
         counted = left_out.distance_m < reach_m
         if not counted.any():
             return cls(readings=0, rms_db=None, bias_db=None, within_one_deviation=None)
@@ -125,37 +125,37 @@ class MapErrors(Record):
 
 
 class RadioMap(Record):
-    """What is known of one access point's map besides its cells."""
+    """Summary of one access point's map."""
 
     bssid: str
     ssid: str | None
     readings: int
     square_m: float | None
-    """Side of the squares in which readings were averaged, metres; None where each reading counts on its own."""
+    """Side of the squares in which readings were averaged, metres; None if each reading counts on its own."""
     loudest_dbm: float | None
     """Greatest mean of a cell."""
     errors: MapErrors
     heard_error: float
-    """Mean squared error of the share of scans that hear it, predicted without those of their own fold (Brier)."""
+    """Mean squared error (Brier) of the share of scans that hear it, predicted without their own fold."""
 
 
 @dataclass(frozen=True, repr=False)
 class FloorMaps(Drawable):
-    """The maps of one floor and technology; arrays are (access points, rows, columns), NaN where nothing is known."""
+    """The maps of one floor and technology; arrays are (access points, rows, columns), NaN if unknown."""
 
     place: map_process.MapPlace
     grid: CellGrid
     scans: int
     maps: tuple[RadioMap, ...]
-    """Most heard first."""
+    """Sorted by readings, most first."""
     kernel: map_process.MapKernel
     heard_width_m: float
     offsets_db: dict[str, float]
-    """What was taken off the readings of each device."""
+    """Offset that was subtracted from the readings of each device."""
     mean_dbm: MapLayer
-    """Mean of the readings that are heard, as the mean of all devices hears them."""
+    """Mean of heard readings, for the mean of all devices."""
     deviation_db: MapLayer
-    """Standard deviation of a single reading there from that mean."""
+    """Standard deviation of a single reading from that mean."""
     sigma_db: MapLayer
     """Standard deviation of the mean itself."""
     heard: MapLayer
@@ -177,12 +177,12 @@ def radio_maps(
     access_points: Sequence[str] = (),
     progress: Progress[int] = silent,
 ) -> Iterator[FloorMaps]:
-    """Make the maps floor by floor; ``access_points`` names those wanted, else it is the most heard of each floor.
+    """Make the maps floor by floor; ``access_points`` selects some, otherwise the most heard of each floor are mapped.
 
-    Access points whose owners ask not to be mapped (``_nomap``) have a map only where they are named.
+    Access points with owners who ask not to be mapped (``_nomap``) are mapped only if they are named.
 
-    Raises DatasetError where no access point is heard often enough in labelled fingerprints, UsageError where one that
-    is named is not in the set.
+    Raises DatasetError if no access point is heard often enough in labelled fingerprints, and UsageError if a named one
+    is not in the data set.
     """
     heard = _often_heard(dataset, settings, access_points)
     wanted = heard.filter("wanted")
@@ -195,22 +195,22 @@ def radio_maps(
         mapped = own["bssid"].to_list()
         readings = map_process.map_readings(dataset, place, {*mapped, *sample}, offsets)
         order, shared = readings.indices(mapped), readings.indices(sample or mapped)
-        # The matrices are small, and how many threads add up a sum shows in its last digits.
+        # The matrices are small, and the number of threads that add up a sum affects its last digits.
         with threadpool_limits(limits=1):
             maps = _floor_maps(readings, order, shared, names, settings, step)
         yield maps
 
 
 def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Sequence[str]) -> pl.DataFrame:
-    """Return the access points that are heard often enough on each floor, most heard first.
+    """Return the access points that are heard often enough on each floor, sorted by readings.
 
-    Columns are building, floor, technology, bssid, readings, whether it is ``wanted``, and whether it is of the
-    ``sample`` that sets what all maps of a floor share: the same whichever maps are wanted.
+    Columns are building, floor, technology, bssid, readings, ``wanted``, and ``sample``: whether it helps to determine
+    the parameters of all maps of a floor, which do not depend on the wanted maps.
     """
     known = dataset.access_points.select("bssid", "ssid", "nomap").collect()
     unknown = sorted(set(access_points) - set(known["bssid"]))
     if unknown:
-        raise UsageError(f"--ap {unknown[0]}: is no access point of this data set; {_instead(known, unknown[0])}")
+        raise UsageError(f"--ap {unknown[0]}: no such access point in this data set; {_instead(known, unknown[0])}")
     open_to_all = pl.col("bssid").is_in(known.filter(~pl.col("nomap").fill_null(False))["bssid"].to_list())
     named = pl.col("bssid").is_in(list(access_points))
     enough = map_process.heard_at(dataset).filter(pl.col("readings") >= LEAST_READINGS)
@@ -221,19 +221,19 @@ def _often_heard(dataset: Dataset, settings: RadioMapSettings, access_points: Se
     if not enough["wanted"].any():
         heard = map_process.heard_at(dataset).filter(named if access_points else open_to_all)
         raise DatasetError(
-            f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of "
-            f"a floor (the most is {max(heard['readings'].to_list(), default=0)}), so there is nothing to map; label "
-            "more scans or name another --ap"
+            f"{dataset.info.name}: no access point has {LEAST_READINGS} readings in labelled fingerprints of one floor "
+            f"(at most {max(heard['readings'].to_list(), default=0)}), so no map can be made; label more scans or name "
+            "another --ap"
         )
     return enough
 
 
 def _instead(known: pl.DataFrame, name: str) -> str:
-    """What to give for a name that is no BSSID."""
+    """Suggestion for a name that is not a BSSID."""
     called = [str(bssid) for bssid in known.filter(pl.col("ssid") == name)["bssid"]]
     if called:
-        return f"it is the name of {len(called)} of them, such as {called[0]}"
-    return f"give a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
+        return f"{len(called)} access points have this name; pass a BSSID such as {called[0]}"
+    return f"pass a BSSID such as {next(iter(known['bssid']), 'those')} in access_points.parquet"
 
 
 def _floor_maps(
@@ -244,7 +244,7 @@ def _floor_maps(
     settings: RadioMapSettings,
     progress: Progress[str],
 ) -> FloorMaps:
-    """Map the access points ``order``, most heard first; ``sample`` are those that set what all maps share."""
+    """Map the access points ``order``, most heard first; ``sample`` determines the shared parameters."""
     grid = grid_of(readings.scan_position, settings)
     cells = np.argwhere(np.ones(grid.shape, dtype=bool))
     centres = grid.centres_m(cells)
@@ -289,24 +289,25 @@ def _heard(
 
 
 def grid_of(points: FloatArray, settings: RadioMapSettings) -> CellGrid:
-    """Make the grid that holds all cells near points (n, 2); its edges are multiples of the cell, so that grids agree.
+    """Make the grid of all cells near points (n, 2); its edges are multiples of the cell, so that grids agree.
 
-    Raises DatasetError where that is more cells than a floor can have.
+    Raises DatasetError for more cells than a floor can have.
     """
     low = np.floor((points.min(axis=0) - settings.reach_m) / settings.cell_m)
     high = np.ceil((points.max(axis=0) + settings.reach_m) / settings.cell_m)
     columns, rows = (int(size) for size in high - low)
     if rows * columns > _MOST_CELLS:
         raise DatasetError(
-            f"the labelled fingerprints of a floor span {(high - low)[0] * settings.cell_m:.0f} x "
-            f"{(high - low)[1] * settings.cell_m:.0f} m, which is {rows * columns} cells; correct the labels or choose "
-            "a larger --cell"
+            f"the labelled fingerprints of one floor span {(high - low)[0] * settings.cell_m:.0f} x "
+            f"{(high - low)[1] * settings.cell_m:.0f} m, which is too many cells ({rows * columns}); correct the "
+            "labels "
+            "or choose a larger --cell"
         )
     left, bottom = (low * settings.cell_m).tolist()
     return CellGrid((left, bottom), settings.cell_m, rows, columns)
 
 
 def _near(centres: FloatArray, points: FloatArray, reach_m: float) -> BoolArray:
-    """Which centres (n, 2) lie within reach of one of the points (k, 2): a mask (n,)."""
+    """Mask (n,) of centres (n, 2) that are within reach of one of the points (k, 2)."""
     distance, _ = cKDTree(points).query(centres, distance_upper_bound=reach_m)
     return np.isfinite(distance)

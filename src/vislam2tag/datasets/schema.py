@@ -1,4 +1,4 @@
-"""Columns, types and units of a data set's tables, in order (docs/reference/datasets.md), and what they mean."""
+"""Columns, types and units of a data set's tables, in order (docs/reference/datasets.md), and their meaning."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ RTT = "rtt"
 
 
 class Column(NamedTuple):
-    """One column: its type and what it says."""
+    """One column: its type and meaning."""
 
     kind: pl.DataType
     meaning: str
@@ -29,23 +29,23 @@ class Column(NamedTuple):
 
 _USUAL: Mapping[str, Column] = MappingProxyType(
     {
-        "building": Column(_TEXT, "building; empty where there is one only"),
-        "floor": Column(_I32, "number of the floor; null where there is no label"),
+        "building": Column(_TEXT, "building; empty if there is only one"),
+        "floor": Column(_I32, "number of the floor; null without a label"),
         "x": Column(_F64, "position, to the right on the plan"),
         "y": Column(_F64, "position, up on the plan"),
         "z": Column(_F64, "height of the phone"),
-        "sigma": Column(_F64, "how sure the position is"),
+        "sigma": Column(_F64, "standard deviation of the position"),
         "device": Column(_TEXT, "phone"),
-        "user": Column(_TEXT, "who carried it"),
+        "user": Column(_TEXT, "person who carried the phone"),
         "session": Column(_TEXT, "walk"),
-        "start_ns": Column(_I64, "first reading"),
-        "end_ns": Column(_I64, "last reading"),
+        "start_ns": Column(_I64, "time of the first reading"),
+        "end_ns": Column(_I64, "time of the last reading"),
     }
 )
 
 
 def _usual(*names: str) -> dict[str, Column]:
-    """Columns that mean the same in several tables."""
+    """Columns with the same meaning in several tables."""
     return {name: _USUAL[name] for name in names}
 
 
@@ -55,48 +55,48 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = MappingProxyType(
             "scan_id": Column(_TEXT, "unique name of the scan or window"),
             "technology": Column(_TEXT, "wifi or ble"),
             **_usual("building", "floor"),
-            "x": Column(_F64, "mean of the labelled readings, weighted by certainty, to the right on the plan"),
-            "y": Column(_F64, "the same, up on the plan"),
+            "x": Column(_F64, "mean of the labelled readings, weighted by their information, to the right on the plan"),
+            "y": Column(_F64, "the same mean, up on the plan"),
             **_usual("z", "sigma"),
             "x_median": Column(_F64, "median of the labelled readings"),
             "y_median": Column(_F64, "median of the labelled readings"),
-            "spread": Column(_F64, "how far the readings lie apart"),
+            "spread": Column(_F64, "how widely the readings are spread"),
             "readings": Column(_I32, "rows in readings"),
-            "labelled": Column(_I32, "those that have a position of their own"),
+            "labelled": Column(_I32, "readings with a position"),
             "labelled_share": Column(_F64, "labelled / readings, 0 to 1"),
             "status": Column(
-                _TEXT, "ok; uncertain where sigma is greater than the limit of the set; else why there is no position"
+                _TEXT, "ok; uncertain if sigma is above the limit of the data set; otherwise why there is no position"
             ),
-            "heading_deg": Column(_F64, "where the camera looked"),
+            "heading_deg": Column(_F64, "viewing direction of the camera"),
             "speed_m_s": Column(_F64, "walking speed"),
             **_usual("device", "user", "session", "start_ns", "end_ns"),
-            "date": Column(pl.Date(), "day of the walk, local"),
+            "date": Column(pl.Date(), "local date of the walk"),
         },
         READINGS: {
-            "scan_id": Column(_TEXT, "fingerprint it belongs to"),
-            "bssid": Column(_TEXT, "transmitter; one that was not heard has no row"),
+            "scan_id": Column(_TEXT, "fingerprint of the reading"),
+            "bssid": Column(_TEXT, "transmitter; transmitters that were not heard have no row"),
             "rssi_dbm": Column(_F32, "received signal strength"),
             "frequency_mhz": Column(_F32, "channel"),
-            "time_ns": Column(_I64, "when it was heard"),
+            "time_ns": Column(_I64, "time of the reading"),
             **_usual("floor"),
-            "x": Column(_F64, "where the phone was at that time, to the right on the plan"),
-            "y": Column(_F64, "the same, up on the plan"),
+            "x": Column(_F64, "position of the phone at that time, to the right on the plan"),
+            "y": Column(_F64, "position of the phone at that time, up on the plan"),
             **_usual("sigma"),
         },
         ACCESS_POINTS: {
             "bssid": Column(_TEXT, "transmitter"),
             "technology": Column(_TEXT, "wifi or ble"),
             "ssid": Column(_TEXT, "name of the network"),
-            "radio": Column(_TEXT, "transmitters of one radio share it"),
-            "frequency_mhz": Column(_F32, "channel heard most"),
+            "radio": Column(_TEXT, "shared by all transmitters of one radio"),
+            "frequency_mhz": Column(_F32, "most frequent channel"),
             "readings": Column(_I32, "rows in readings"),
             "fingerprints": Column(_I32, "scans that heard it"),
             "sessions": Column(_I32, "walks that heard it"),
             "floors": Column(pl.List(_I32), "floors where it was heard"),
-            "strongest_dbm": Column(_F32, "loudest reading"),
-            "randomised": Column(_BOOL, "the address was given locally, not by a manufacturer"),
+            "strongest_dbm": Column(_F32, "strongest reading"),
+            "randomised": Column(_BOOL, "the address is locally administered, not assigned by a manufacturer"),
             "mobile": Column(_BOOL, "a hotspot that may move"),
-            "nomap": Column(_BOOL, "its owner asks not to be mapped (SSID ends with _nomap)"),
+            "nomap": Column(_BOOL, "the owner asks not to be mapped (the SSID ends with _nomap)"),
         },
         SESSIONS: {
             "session": Column(_TEXT, "unique name of the walk"),
@@ -104,38 +104,38 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = MappingProxyType(
             "floor": Column(_I32, "floor where the walk began"),
             **_usual("device", "user"),
             "name": Column(_TEXT, "folder or file of the walk"),
-            "started": Column(pl.Datetime("us"), "local time, or UTC where the walk has Unix times"),
-            "duration_s": Column(_F64, "from the first to the last frame"),
-            "distance_m": Column(_F64, "way walked"),
+            "started": Column(pl.Datetime("us"), "local time, or UTC if the walk has Unix times"),
+            "duration_s": Column(_F64, "time from the first to the last frame"),
+            "distance_m": Column(_F64, "distance walked"),
             "labelled_s": Column(_F64, "time with a position"),
-            "labelled_m": Column(_F64, "way with a position"),
+            "labelled_m": Column(_F64, "distance with a position"),
             "fingerprints": Column(_I32, "scans of the walk"),
-            "source": Column(_TEXT, "key of what it was made of (SHA-256)"),
+            "source": Column(_TEXT, "key of the source files (SHA-256)"),
         },
         MAGNETIC: {
             "window_id": Column(_TEXT, "unique name of the window"),
             **_usual("building", "floor", "x", "y", "z", "sigma"),
             "readings": Column(_I32, "samples of the magnetometer"),
-            "norm_ut": Column(_F64, "mean strength of the field"),
-            "norm_deviation_ut": Column(_F64, "standard deviation of the strength"),
+            "norm_ut": Column(_F64, "mean field strength"),
+            "norm_deviation_ut": Column(_F64, "standard deviation of the field strength"),
             "vertical_ut": Column(_F64, "mean component along gravity"),
-            "horizontal_ut": Column(_F64, "mean component across gravity"),
+            "horizontal_ut": Column(_F64, "mean component perpendicular to gravity"),
             **_usual("device", "session", "start_ns", "end_ns"),
         },
         IMU_WINDOWS: {
             "window_id": Column(_TEXT, "unique name of the window"),
             **_usual("building", "floor"),
-            "start_ns": Column(_I64, "first sample"),
-            "rate_hz": Column(_F64, "samples a second"),
+            "start_ns": Column(_I64, "time of the first sample"),
+            "rate_hz": Column(_F64, "sampling rate"),
             "x_start": Column(_F64, "position at the start"),
             "y_start": Column(_F64, "position at the start"),
             "x_end": Column(_F64, "position at the end"),
             "y_end": Column(_F64, "position at the end"),
-            "sigma_start": Column(_F64, "how sure the start is"),
-            "sigma_end": Column(_F64, "how sure the end is"),
-            "displacement_x": Column(_F64, "way from start to end"),
-            "displacement_y": Column(_F64, "way from start to end"),
-            "heading_rad": Column(_F64, "how the window's frame is turned"),
+            "sigma_start": Column(_F64, "standard deviation of the start"),
+            "sigma_end": Column(_F64, "standard deviation of the end"),
+            "displacement_x": Column(_F64, "displacement from start to end"),
+            "displacement_y": Column(_F64, "displacement from start to end"),
+            "heading_rad": Column(_F64, "orientation of the window's frame"),
             "heading_change_rad": Column(_F64, "turn from start to end"),
             "accelerometer": Column(pl.List(_F32), "samples"),
             "gyroscope": Column(pl.List(_F32), "samples"),
@@ -145,19 +145,19 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = MappingProxyType(
             "range_id": Column(_TEXT, "unique name of the range"),
             "bssid": Column(_TEXT, "access point that answered"),
             "responder": Column(
-                _BOOL, "it answers ranging (IEEE 802.11mc); otherwise the time of an ordinary answer was taken"
+                _BOOL, "it supports ranging (IEEE 802.11mc); otherwise the time of an ordinary response was used"
             ),
             "range_m": Column(_F32, "distance by the round-trip time"),
             "range_sigma_m": Column(_F32, "spread within the burst"),
             "rssi_dbm": Column(_F32, "received signal strength"),
-            "attempted": Column(_I32, "frames of the burst"),
+            "attempted": Column(_I32, "frames sent in the burst"),
             "successful": Column(_I32, "frames that were answered"),
             **_usual("building", "floor", "x", "y", "z", "sigma", "device", "session"),
-            "time_ns": Column(_I64, "when it was measured"),
+            "time_ns": Column(_I64, "time of the measurement"),
         },
     }
 )
-"""Every table that a data set can have; the first four are always there."""
+"""Every table that a data set can have; the first four always exist."""
 SCHEMAS: Mapping[str, Schema] = MappingProxyType(
     {table: {name: column.kind for name, column in columns.items()} for table, columns in COLUMNS.items()}
 )
@@ -172,9 +172,9 @@ KEYS: Mapping[str, str] = MappingProxyType(
         RTT: "range_id",
     }
 )
-"""The column that is unique in a table; readings have none."""
+"""The unique column of each table; readings have none."""
 OF_ACCESS_POINTS = (READINGS, RTT)
-"""Tables whose rows each name the access point that was heard."""
+"""Tables with an access point in each row."""
 MEASURED = (*OF_ACCESS_POINTS, MAGNETIC, IMU_WINDOWS)
 """Tables of measurements."""
 UNITS: Mapping[str, str] = MappingProxyType(
@@ -211,9 +211,9 @@ def empty_table(name: str) -> pl.DataFrame:
 
 
 def in_schema(name: str, table: pl.DataFrame) -> pl.DataFrame:
-    """Put a table's columns into order and type; columns that it lacks are null.
+    """Put a table's columns into order and type; missing columns are null.
 
-    Raises ValueError for a column that the schema does not have.
+    Raises ValueError for a column that is not in the schema.
     """
     schema = SCHEMAS[name]
     unknown = [column for column in table.columns if column not in schema]
@@ -232,11 +232,11 @@ _SPLIT = {
 
 
 def meaning(table: str, column: str) -> str:
-    """Return what a column says, without its unit."""
+    """Return the meaning of a column, without its unit."""
     return COLUMNS.get(table, _SPLIT)[column].meaning
 
 
 def column_text(table: str, column: str) -> str:
-    """Return what a column says, with its unit where it has one."""
+    """Return the meaning of a column, with its unit if it has one."""
     words = (meaning(table, column), f"({UNITS[column]})" if column in UNITS else "")
     return " ".join(word for word in words if word)

@@ -1,10 +1,10 @@
-"""Readings of one sensor, or frames, as arrays: where no window may lie, rotations between them, means over periods.
+"""Readings of one sensor, or frames, as arrays, with gaps and faults, interpolated rotations and averages over periods.
 
-From them comes the phone's orientation in a level frame: z up, heading free (docs/reference/datasets.md). How that
-frame stands in the building tell the tracker's orientation and the phone's own: the camera's axes are parallel to the
-phone's, but which is which depends on the recorder (ARCore has poses of the camera and of the sensors). Gravity and the
-turns of a walk, seen from both, tell it. A session's frames are as the phone's sensors see them: on the gyroscope's
-clock, between the faults of the mapping.
+They give the phone's orientation in a level frame: z up, free heading (docs/reference/datasets.md). The orientation of
+that frame in the building follows from the tracker's orientation and the phone's own. The camera's axes are parallel to
+the phone's, but the assignment depends on the recorder (ARCore has poses of the camera and of the sensors). It is
+determined from gravity and the turns of a walk, seen from both. A session's frames are as the phone's sensors see them:
+on the gyroscope's clock, between the faults of the mapping.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import status_codes
 
 FINE, SENSOR_GAP, FLOOR_CHANGE, JUMP = 0, 100, 101, 102
-"""Faults; others are codes of :class:`~vislam2tag.core.status.Status`."""
+"""Codes of faults; other codes are those of :class:`~vislam2tag.core.status.Status`."""
 
 
 @dataclass(frozen=True)
 class SensorSeries:
-    """Readings in time order, each time once, all values finite.
+    """Readings in time order, with unique times and finite values.
 
     ``time_ns`` (n,), ``values`` (n, k), ``status`` (n,) codes of Status, ``floor`` (n,).
     """
@@ -40,11 +40,11 @@ class SensorSeries:
     floor: IntArray
 
     def __len__(self) -> int:
-        """Return how many readings there are."""
+        """Return the number of readings."""
         return len(self.time_ns)
 
     def faults(self, max_gap_s: float) -> IntArray:
-        """Tell for each pair of neighbouring readings (n - 1,) why no window may hold both, or FINE."""
+        """Return for each pair of neighbouring readings (n - 1,) why no window may contain both, or FINE."""
         first, second = self.status[:-1], self.status[1:]
         cause = np.where(has_position(first), second, first).astype(np.int64)
         cause[has_position(first) & has_position(second)] = FINE
@@ -56,7 +56,7 @@ class SensorSeries:
 
 
 def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) -> SensorSeries:
-    """Take one sensor from a session's ``sensors`` table; repeated and non-finite readings are left out."""
+    """Read one sensor from a session's ``sensors`` table; repeated and non-finite readings are skipped."""
     finite = pl.all_horizontal(pl.col(columns).is_finite().fill_null(False))
     not_repeated = pl.col("status") != Status.DUPLICATE.label
     rows = sensors.select("sensor", "time_ns", "status", "floor", *columns)
@@ -70,7 +70,7 @@ def sensor_series(sensors: pl.DataFrame, name: str, columns: tuple[str, ...]) ->
 
 
 def in_time_order(rows: pl.DataFrame) -> pl.DataFrame:
-    """Sort rows by ``time_ns``; of those with one time the first stays. Logs are in order nearly always."""
+    """Sort rows by ``time_ns``; of rows with one time the first is kept. Logs are nearly always in order."""
     step_ns = rows["time_ns"].diff().min()
     if step_ns is None or step_ns > 0:  # type: ignore[operator]
         return rows
@@ -78,9 +78,9 @@ def in_time_order(rows: pl.DataFrame) -> pl.DataFrame:
 
 
 def first_fault(time_ns: IntArray, faults: IntArray, start_ns: IntArray, end_ns: IntArray) -> IntArray:
-    """Tell for each window (w,) its first fault, from the reading at or before its start to that at or after its end.
+    """Return each window's (w,) first fault, from the reading at or before its start to that at or after its end.
 
-    ``faults`` (n - 1,) of the pairs of readings at ``time_ns`` (n,). A window that the readings do not reach over is a
+    ``faults`` (n - 1,) of the pairs of readings at ``time_ns`` (n,). A window that is not covered by readings is a
     SENSOR_GAP.
     """
     first = np.searchsorted(time_ns, start_ns, side="right") - 1
@@ -98,16 +98,16 @@ class RotationSeries:
 
     def __init__(self, time_ns: IntArray, rotation: Rotation) -> None:
         quaternion = rotation.as_quat()
-        # Neighbours on one side of the sphere, so that what lies between them is between them.
+        # Neighbours are on one side of the sphere, so that interpolation stays between them.
         flips = np.cumprod(np.where(np.sum(quaternion[1:] * quaternion[:-1], axis=1) < 0, -1.0, 1.0))
         self._quaternion = quaternion * np.concatenate(([1.0], flips))[:, None]
         self._time_ns = time_ns
 
     def at(self, time_ns: IntArray) -> Rotation:
-        """Interpolate at times (k,); held before the first and after the last.
+        """Interpolate at times (k,); constant before the first and after the last.
 
-        Quaternions are blended and normalised: for the few degrees between neighbouring readings as good as Slerp (a
-        tenth of a radian: a few millionths).
+        Quaternions are blended and normalised. For the few degrees between neighbouring readings this is as good as
+        Slerp (for a tenth of a radian: a few millionths).
         """
         since, at = ((times - self._time_ns[0]) * 1e-9 for times in (self._time_ns, time_ns))
         return Rotation.from_quat(np.column_stack([np.interp(at, since, part) for part in self._quaternion.T]))
@@ -135,10 +135,10 @@ def _integral(time_s: FloatArray, values: FloatArray, at_s: FloatArray) -> Float
 
 
 GRAVITY_MEMORY_S = 3.0
-"""Standard deviation of the weights by which the filter averages gravity: longer than a stride, shorter than drift."""
+"""Standard deviation of the weights by which the filter averages gravity; longer than a stride, shorter than drift."""
 
 _GREATEST_COMPONENT = 2.0
-"""A unit quaternion has none beyond 1; what is clearly more is no rotation."""
+"""Components of a unit quaternion are at most 1; much larger ones are not a rotation."""
 
 
 LevelOrientation = RotationSeries
@@ -146,7 +146,7 @@ LevelOrientation = RotationSeries
 
 
 def logged_orientation(game_rotation: SensorSeries) -> LevelOrientation:
-    """Take Android's game rotation vector (``v1`` to ``v4``: x, y, z and w, which old phones leave 0)."""
+    """Read Android's game rotation vector (``v1`` to ``v4``: x, y, z and w, which is 0 on old phones)."""
     quaternion = game_rotation.values.copy()
     quaternion[~(np.abs(quaternion) <= _GREATEST_COMPONENT).all(axis=1)] = 0.0
     implied = np.sqrt(np.maximum(1 - np.sum(quaternion[:, :3] ** 2, axis=1), 0.0))
@@ -159,8 +159,8 @@ def logged_orientation(game_rotation: SensorSeries) -> LevelOrientation:
 def filtered_orientation(accelerometer: SensorSeries, gyroscope: SensorSeries) -> LevelOrientation:
     """Integrate the gyroscope (rad/s), and level it by gravity averaged in the integrated frame (m/s^2).
 
-    A complementary filter without delay: the average of the accelerometer before and after, seen from the frame of the
-    gyroscope, is gravity but for what its drift turns within a few seconds.
+    A complementary filter without delay: in the frame of the gyroscope, the average of the accelerometer before and
+    after is gravity, except for the gyroscope's drift within a few seconds.
     """
     time_s = (gyroscope.time_ns - gyroscope.time_ns[0]) * 1e-9
     turn = (gyroscope.values[1:] + gyroscope.values[:-1]) / 2 * np.diff(time_s)[:, None]
@@ -195,11 +195,11 @@ TURN_S = 0.5
 MIN_ALIKE = 0.5
 """Correlation of the tilting turns below which camera and phone do not describe the same motion."""
 MIN_LEAD = 0.2
-"""By how much the best assignment of axes must beat the second."""
+"""Margin by which the best assignment of axes must beat the second."""
 MIN_GRAVITY = 0.9
-"""Mean cosine between the two ideas of up; 25 degrees."""
+"""Mean cosine between the two upward directions; 25 degrees."""
 COMPARED_NS = 100_000_000
-"""Frames are thinned to one in this time: headings are averaged, turns compared over longer ones."""
+"""Frames are thinned to this interval; headings are averaged, and turns compared over longer times."""
 HEADING_SPAN_S = 5.0
 """Headings are averaged over this time before and after: late stamps cancel, the phone's own heading hardly drifts."""
 _UP = np.array([0.0, 0.0, 1.0])
@@ -209,7 +209,8 @@ _UP = np.array([0.0, 0.0, 1.0])
 class LevelHeading:
     """Heading of the level frame's x axis in the BCS at frames (n,): ``turn`` is ``exp(i heading)``.
 
-    It is shorter than 1 by the cosine of the angle between the two ideas of up. ``camera_axes`` is ``camera_R_body``.
+    It is shorter than 1 by the cosine of the angle between the two upward directions. ``camera_axes`` is
+    ``camera_R_body``.
     """
 
     time_ns: IntArray
@@ -217,7 +218,7 @@ class LevelHeading:
     camera_axes: Rotation
 
     def at(self, time_ns: IntArray) -> ComplexArray:
-        """Average about each time (k,); the shorter, the less tracker and phone agree. Zero where no frame is near."""
+        """Average about each time (k,); shorter results mean less agreement. Zero if no frame is near."""
         span_ns = round(HEADING_SPAN_S * 1e9)
         first = np.searchsorted(self.time_ns, time_ns - span_ns)
         last = np.searchsorted(self.time_ns, time_ns + span_ns, side="right")
@@ -227,7 +228,7 @@ class LevelHeading:
 
 
 def level_heading(time_ns: IntArray, bcs_R_camera: Rotation, level: LevelOrientation) -> LevelHeading | None:
-    """Compare the two orientations at frames (n,), in time order; None where they do not describe the same motion."""
+    """Compare the two orientations at frames (n,), in time order; None if they do not describe the same motion."""
     kept = np.flatnonzero(np.diff(time_ns // COMPARED_NS, prepend=-1))
     time_ns, bcs_R_camera = time_ns[kept], bcs_R_camera[kept]
     level_R_body = level.at(time_ns)
@@ -286,7 +287,7 @@ class MappedFrames:
         return positioned_ns
 
     def first_fault(self, start_ns: IntArray, end_ns: IntArray) -> IntArray:
-        """Tell for each window (w,) why the mapping does not hold all through it, or FINE."""
+        """Return for each window (w,) why it is not mapped completely, or FINE."""
         series = self.series
         faults = series.faults(LabelSettings().max_gap_s)
         step_m = np.hypot(*np.diff(series.values[:, :2], axis=0).T)
@@ -308,7 +309,7 @@ class MappedFrames:
 
 
 def mapped_frames(trajectory: pl.DataFrame, gyroscope: SensorSeries) -> MappedFrames:
-    """Take a session's frames from its ``trajectory`` table; stamps that the gyroscope says are late are set back."""
+    """Read a session's frames from its ``trajectory`` table; late stamps are corrected with the gyroscope."""
     unusable = (Status.DUPLICATE.label, Status.INVALID.label)
     rows = in_time_order(trajectory.filter(~pl.col("status").is_in(unusable)))
     positioned = rows.select(pl.all_horizontal(pl.col("x", "y", "qx", "qy", "qz", "qw").is_not_null())).to_series()

@@ -1,8 +1,8 @@
-"""Windows of inertial readings with the way walked in them, and of the magnetic field.
+"""Windows of inertial readings with their displacement, and of the magnetic field.
 
-Inertial windows are gravity-aligned, for learned odometry; docs/reference/datasets.md tells more. Magnetic
-fingerprints are the field over short windows, by strength and by its vertical and horizontal part, which do not depend
-on how the phone is turned: gravity alone says what is vertical.
+Inertial windows are gravity-aligned, for learned odometry; see docs/reference/datasets.md. Magnetic fingerprints are
+the field over short windows, as strength and as vertical and horizontal part. These do not depend on the phone's
+orientation, because gravity alone defines the vertical.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from vislam2tag.datasets.settings import ImuWindowSettings
 
 USUAL_RATES_HZ = (25.0, 50.0, 100.0, 200.0, 400.0)
 MAX_SENSOR_GAP_S = 0.1
-"""A window in which a sensor is silent for longer is dropped, seconds."""
+"""A window with a longer gap in a sensor's readings is dropped, seconds."""
 MIN_AGREEMENT = 0.97
-"""Below this the phone's heading and tilt stray from the tracker's by about 14 degrees: one of them is wrong."""
+"""Below this the phone's heading and tilt differ from the tracker's by about 14 degrees, so one of them is wrong."""
 NO_ACCELEROMETER, NO_GYROSCOPE, OTHER_CLOCK, NO_HEADING, ORIENTATIONS_DISAGREE, NO_TRACKER = range(103, 109)
 CAUSES: Mapping[int, str] = {
     **{int(status): status.label for status in Status if status is not Status.OK},
@@ -54,14 +54,14 @@ CAUSES: Mapping[int, str] = {
     ORIENTATIONS_DISAGREE: "orientations_disagree",
     NO_TRACKER: "no_tracker",
 }
-"""Why a window is dropped (docs/reference/datasets.md)."""
+"""Reasons for dropping a window (docs/reference/datasets.md)."""
 _AHEAD = np.array([0.0, 1.0, -1.0])
-"""Between the phone's top and where its back camera looks: ahead whether it is held flat or upright."""
+"""Between the directions of the phone's top and its back camera: forward whether it is held flat or upright."""
 
 
 @dataclass(frozen=True)
 class ImuWindows:
-    """The windows of a session (schema ``IMU_WINDOWS``), and how many were dropped by cause (of :data:`CAUSES`)."""
+    """The windows of a session (schema ``IMU_WINDOWS``), and the number of dropped ones by cause (:data:`CAUSES`)."""
 
     table: pl.DataFrame
     dropped: Mapping[str, int]
@@ -82,8 +82,8 @@ def imu_windows(
 ) -> ImuWindows:
     """Cut a session's windows from its ``sensors`` and ``trajectory`` tables, as ``process`` wrote them.
 
-    A window starts every ``step_s``. It is dropped where a reading in it has no position, a sensor is silent too long,
-    the floor changes, the position jumps, or the phone's orientation cannot be related to the tracker's.
+    A window starts every ``step_s``. It is dropped if a reading in it has no position, a sensor has a long gap, the
+    floor changes, or the position jumps. It is also dropped if the phone's orientation does not match the tracker's.
     """
     start_ns = _starts(trajectory, settings)
     if len(start_ns) == 0:
@@ -117,9 +117,9 @@ def imu_windows(
 
 
 def _starts(trajectory: pl.DataFrame, settings: ImuWindowSettings) -> IntArray:
-    """Return when windows start (w,), ns: one a step, where there are frames.
+    """Return the starts of windows (w,), ns, one for each step with frames.
 
-    The first starts, and the last ends, so far inside the frames that the sensors' readings reach over it.
+    The first start and the last end are far enough inside the frames that the sensors' readings cover them.
     """
     unusable = (Status.DUPLICATE.label, Status.INVALID.label)
     time_ns = trajectory.filter(~pl.col("status").is_in(unusable))["time_ns"].to_numpy()
@@ -144,7 +144,7 @@ def _counted(cause: IntArray) -> dict[str, int]:
 
 
 def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _LevelSensors | int:
-    """Return the sensors in their level frame, for windows that start at (w,), ns, or why there are none."""
+    """Return the sensors in their level frame, for windows that start at (w,), ns, or the reason why not."""
     accelerometer = sensor_series(sensors, "ACC", ("v1", "v2", "v3"))
     gyroscope = _gyroscope(sensors)
     rotation = sensor_series(sensors, "GAME_ROT", ("v1", "v2", "v3", "v4"))
@@ -160,7 +160,7 @@ def _motion(sensors: pl.DataFrame, start_ns: IntArray) -> _LevelSensors | int:
 
 
 def _gyroscope(sensors: pl.DataFrame) -> SensorSeries:
-    """Take the calibrated gyroscope, else the uncalibrated one less the drift logged beside (``v4`` to ``v6``)."""
+    """Read the calibrated gyroscope, or the uncalibrated one minus its logged drift (``v4`` to ``v6``)."""
     calibrated = sensor_series(sensors, "GYRO", ("v1", "v2", "v3"))
     if len(calibrated):
         return calibrated
@@ -169,7 +169,7 @@ def _gyroscope(sensors: pl.DataFrame) -> SensorSeries:
 
 
 def _causes(motion: _LevelSensors, frames: MappedFrames, start_ns: IntArray, settings: ImuWindowSettings) -> IntArray:
-    """Tell for each window (w,) why it is dropped, or FINE."""
+    """Return for each window (w,) why it is dropped, or FINE."""
     end_ns = start_ns + _length_ns(settings)
     cause = np.full(len(start_ns), FINE, dtype=np.int64)
     for series in (motion.accelerometer, motion.gyroscope, motion.rotation):
@@ -208,30 +208,29 @@ def _columns(
 
 
 def _flat(level: FloatArray, own_heading: FloatArray) -> pl.Series:
-    """Turn samples (w, n, 3) from the level frame into each window's own: a list of 3 n numbers a window."""
+    """Turn samples (w, n, 3) from the level frame into each window's own: a list of 3 n numbers for each window."""
     plane = (level[..., 0] + 1j * level[..., 1]) * np.exp(-1j * own_heading)[:, None]
     own = np.stack((plane.real, plane.imag, level[..., 2]), axis=-1).astype(np.float32)
     return pl.Series(own.reshape(len(own), -1)).arr.to_list()
 
 
 def _usual_rate_hz(series: SensorSeries) -> float:
-    """Return the usual rate whose ratio to the series' own is nearest to one."""
+    """Return the usual rate with the ratio closest to one to the series' own rate."""
     own_hz = 1e9 / float(np.median(np.diff(series.time_ns)))
     return min(USUAL_RATES_HZ, key=lambda rate_hz: abs(np.log(rate_hz / own_hz)))
 
 
 LONGEST_GAP_NS = 200_000_000
-"""A reading farther than this from any of the orientation has no vertical and horizontal part."""
+"""A reading at a larger distance in time from any orientation has no vertical and horizontal part."""
 _ROTATIONS = ("GAME_ROT", "ROT")
 
 
 def magnetic_windows(sensors: pl.DataFrame, session: str, building: str, window_s: float) -> pl.DataFrame:
-    """Average a session's magnetic readings (``MAG``, else ``MAG_UN`` less its own estimate of the phone's field).
+    """Average a session's magnetic readings (``MAG``, else ``MAG_UN`` minus its own estimate of the phone's field).
 
-    ``sensors`` is the labelled table as ``process`` wrote it. Windows are of the clock, counted from the one that holds
-    the first reading; those without a labelled reading have no position. ``norm_deviation_ut`` is the standard
-    deviation of the strength within the window; ``vertical_ut`` counts upwards. Both parts are null where nothing tells
-    the phone's tilt.
+    ``sensors`` is the labelled table of ``process``. Windows are of the clock, counted from the window of the first
+    reading; those without a labelled reading have no position. ``norm_deviation_ut`` is the standard deviation of the
+    strength within the window; ``vertical_ut`` counts upwards. Both parts are null if the phone's tilt is unknown.
     """
     rows = _readings(sensors)
     vertical = _vertical(sensors, rows["time_ns"].to_numpy(), rows.select("fx", "fy", "fz").to_numpy(writable=True))
@@ -259,7 +258,8 @@ def magnetic_windows(sensors: pl.DataFrame, session: str, building: str, window_
 
 
 def _readings(sensors: pl.DataFrame) -> pl.DataFrame:
-    """Pick the magnetometer's readings in order, each once; ``fx``, ``fy``, ``fz``: the field in the phone."""
+    """Select the magnetometer's readings in order, each once; ``fx``, ``fy``, ``fz`` are the field in the phone's
+    axes."""
     columns = ("time_ns", "status", "floor", "device", "x", "y", "z", "sigma")
     rows = sensors.filter(pl.col("sensor") == "MAG").select(*columns, fx="v1", fy="v2", fz="v3")
     if not len(rows):
@@ -271,7 +271,7 @@ def _readings(sensors: pl.DataFrame) -> pl.DataFrame:
 
 
 def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> FloatArray:
-    """Vertical part (n,) of a field (n, 3) in the phone's axes; NaN where its tilt is not known."""
+    """Vertical part (n,) of a field (n, 3) in the phone's axes; NaN if its tilt is not known."""
     found = _tilt(sensors)
     if found is None or not len(time_ns):
         return np.full(len(time_ns), np.nan)
@@ -286,7 +286,7 @@ def _vertical(sensors: pl.DataFrame, time_ns: IntArray, field: FloatArray) -> Fl
 
 
 def _tilt(sensors: pl.DataFrame) -> tuple[LevelOrientation, IntArray] | None:
-    """Find the phone's level orientation, and the times (n,) of its readings; None where no sensor tells it."""
+    """Find the phone's level orientation, and the times (n,) of its readings; None if no sensor shows it."""
     for name in _ROTATIONS:
         rotation = sensor_series(sensors, name, ("v1", "v2", "v3", "v4"))
         if len(rotation) > 1:

@@ -1,4 +1,4 @@
-"""How labelled readings become a data set, how it is split, and what is made of it."""
+"""Settings of data sets: how they are made, split and counted."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pydantic import Field
 from vislam2tag.common.records import FiniteRecord, SettingsRecord
 
 CHANGE_CELL_M = 4.0
-"""Side of a place, metres: about what is walked between two scans, so that a walk through it leaves one or two."""
+"""Side of a place, metres: about the distance walked between two scans, so a walk leaves one or two scans in it."""
 
 
 class SplitKind(StrEnum):
-    """What is held out."""
+    """What the test set contains that the training set does not."""
 
     RANDOM = "random"
     DEVICE = "device"
@@ -24,18 +24,18 @@ class SplitKind(StrEnum):
 
 
 class SplitSettings(FiniteRecord):
-    """How a data set is split for training and testing (docs/reference/splits.md)."""
+    """How a data set is split into training set and test set (docs/reference/splits.md)."""
 
     seed: int = 0
-    """Another seed, another draw."""
+    """Seed of the random draw. Change it to get another draw."""
     share: float = Field(default=0.3, gt=0, lt=1)
-    """Part that tests, of the fingerprints (``random``) or of the blocks (``block``); the paper's 30 %."""
+    """Share of the fingerprints (`random`) or blocks (`block`) in the test set. The default is the paper's 30 %."""
     folds: int = Field(default=5, ge=2)
-    """Folds that walks are dealt to (``trajectory``); fewer where there are fewer walks."""
+    """Number of folds for `trajectory`. A data set with fewer walks gets fewer folds."""
     block_m: float = Field(default=10.0, gt=0)
-    """Side of a block, metres."""
+    """Side of a block for `block`, metres."""
     guard_m: float = Field(default=0.0, ge=0)
-    """Fingerprints nearer than this to a block that tests do not train, metres."""
+    """Distance between training and test fingerprints for `block`, metres. Fingerprints in between are unused."""
 
 
 class ImuWindowSettings(SettingsRecord):
@@ -43,28 +43,28 @@ class ImuWindowSettings(SettingsRecord):
 
     removed = frozenset(("max_sensor_gap_s",))
     length_s: float = Field(default=1.0, gt=0)
-    """As in RoNIN and TLIO."""
+    """Length of a window, seconds. The default is that of RoNIN and TLIO."""
     step_s: float = Field(default=1.0, gt=0)
-    """From one window's start to the next, seconds; shorter than the length: they overlap."""
+    """Time from the start of a window to the start of the next, seconds. Windows overlap if it is shorter."""
     rate_hz: float | None = Field(default=None, gt=0)
-    """Samples a second; None: the one of Android's usual rates that is nearest to the session's own."""
+    """Sampling rate of the windows, Hz. Without a value it is the usual Android rate closest to that of the session."""
 
 
 class DatasetSettings(FiniteRecord):
     """How labelled readings become a data set (docs/reference/datasets.md)."""
 
     wifi_window_s: float | None = Field(default=None, ge=0.001)
-    """Wi-Fi readings are grouped by windows of this length, seconds; None: by scan, as the phone gave them."""
+    """Group Wi-Fi readings by time windows of this length, seconds. Without a value they are grouped by scan."""
     ble_window_s: float = Field(default=1.0, ge=0.001)
-    """BLE readings are grouped by windows of this length, seconds: there are no scans."""
+    """Group BLE readings, which have no scans, by time windows of this length, seconds."""
     magnetic_window_s: float = Field(default=0.5, ge=0.001)
-    """Magnetic readings are averaged over windows of this length, seconds: half a metre of walking."""
+    """Average magnetic readings over windows of this length, seconds. The default is about half a metre of walking."""
     scan_length_s: float = Field(default=6.0, gt=0)
-    """A reading this much older than the newest of its scan is a cached result: sweeping all channels takes less."""
+    """A reading this much older than the newest of its scan is a cached result, seconds. A full sweep takes less."""
     imu: ImuWindowSettings = ImuWindowSettings()
 
     def window_of(self, technology: str) -> float | None:
-        """Length of the windows of ``wifi`` or ``ble`` readings, seconds; None: they are grouped by scan."""
+        """Return the length of the windows of ``wifi`` or ``ble`` readings, seconds, or None if grouped by scan."""
         return self.ble_window_s if technology == "ble" else self.wifi_window_s
 
 
@@ -72,9 +72,9 @@ class CoverageSettings(FiniteRecord):
     """How coverage is counted."""
 
     cell_m: float = Field(default=2.0, ge=0.05)
-    """Side of a cell, metres; where a walkable area is given, its own cells count."""
+    """Side of a cell, metres. A walkable area has its own cells, which are used instead."""
     radius_m: float = Field(default=2.0, gt=0)
-    """A cell is covered when a fingerprint lies within this distance of its centre, metres."""
+    """A cell counts as covered if a fingerprint is within this distance of its centre, metres."""
 
 
 class RadioMapSettings(SettingsRecord):
@@ -84,6 +84,6 @@ class RadioMapSettings(SettingsRecord):
     cell_m: float = Field(default=1.0, gt=0)
     """Side of a cell, metres."""
     reach_m: float = Field(default=3.0, gt=0)
-    """A cell has a share where a scan lies within this distance of its centre, a mean where a reading does, metres."""
+    """A cell gets a value if a scan or reading is within this distance of its centre, metres."""
     most: int = Field(default=100, ge=1)
-    """Access points a floor and technology, the most heard; more only where they are named."""
+    """Largest number of access points for each floor and technology; those heard most are mapped."""

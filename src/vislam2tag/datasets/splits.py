@@ -1,8 +1,7 @@
-"""Splits of a data set into what trains and what tests, one function a kind (docs/reference/splits.md).
+"""Splits of a data set into training set and test set, one function for each kind (docs/reference/splits.md).
 
-What is split is every fingerprint and window, with all that a split can go by. Each gets the group of the same kind, so
-that one split serves all; what has no label is in neither part. A split that the data cannot give (one phone only, no
-dates) raises UsageError with the reason.
+Every fingerprint and window is assigned to a group, so that one split serves all; unlabelled ones are in neither part.
+A split that is impossible with the data (only one phone, no dates) raises UsageError with the reason.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ COLUMNS = ("id", "kind", "building", "floor", "x", "y", "device", "session", "da
 def split_items(dataset: Dataset) -> pl.DataFrame:
     """One row for each fingerprint, magnetic fingerprint and IMU window, in no particular order.
 
-    ``id``, ``kind`` (the technology, ``magnetic`` or ``imu``), ``building``, ``floor``, ``x``, ``y`` (m, BCS; those of
-    an IMU window are the middle of its ends), ``device``, ``session``, ``date``, ``time_ns`` (middle of a fingerprint,
-    start of a window) and ``labelled``: whether floor and position are known, and of a fingerprint sure (``ok``).
+    The columns are those of :data:`COLUMNS`. ``kind`` is the technology, ``magnetic`` or ``imu``. ``x``, ``y`` are in
+    metres, BCS; those of an IMU window are the middle of its ends. ``time_ns`` is the middle of a fingerprint, or the
+    start of a window. ``labelled`` means that floor and position are known, and that a fingerprint's status is ``ok``.
     """
     day = pl.col("started").dt.date()
     dates = dataset.tables[SESSIONS].select("session", date=day).unique("session", keep="any")
@@ -52,12 +51,12 @@ def split_items(dataset: Dataset) -> pl.DataFrame:
 
 
 def rank_of_kind() -> pl.Expr:
-    """Order in which kinds lead: Wi-Fi, other radio technologies, magnetic fingerprints, IMU windows."""
+    """Order of kinds: Wi-Fi, other radio technologies, magnetic fingerprints, IMU windows."""
     return pl.col("kind").replace_strict(_RANKS, default=_OTHER_RADIO, return_dtype=pl.Int8)
 
 
 def kind_order(kinds: pl.Series) -> list[str]:
-    """Return the kinds that there are, the leading ones first."""
+    """Return the existing kinds, in this order."""
     return sorted(kinds.unique(), key=lambda kind: (_RANKS.get(kind, _OTHER_RADIO), kind))
 
 
@@ -68,7 +67,7 @@ def _fingerprints(table: pl.LazyFrame) -> pl.LazyFrame:
 
 
 def _windows(table: pl.LazyFrame, dates: pl.LazyFrame) -> pl.LazyFrame:
-    """Windows have the day on which their walk started."""
+    """Windows have the date on which their walk started."""
     named = table.with_columns(id="window_id", labelled=_known())
     return named.join(dates, on="session", how="left").select(COLUMNS)
 
@@ -78,7 +77,7 @@ def _known() -> pl.Expr:
 
 
 def _middle_ns() -> pl.Expr:
-    """Middle of start and end; the start where no end is known."""
+    """Middle of start and end; the start if the end is unknown."""
     return pl.col("start_ns") + (pl.col("end_ns").fill_null(pl.col("start_ns")) - pl.col("start_ns")) // 2
 
 
@@ -89,43 +88,41 @@ _PLACE = ("building", "floor")
 
 
 def standard_splits(dataset: Dataset, seed: int = 0) -> dict[str, Split]:
-    """Make every kind of split that the data set can give, with the default settings; by the kind's name."""
+    """Make every kind of split that is possible with the data, with the default settings; by name of the kind."""
     items = split_items(dataset)
     made = (_made_or_reason(items, kind, SplitSettings(seed=seed)) for kind in SplitKind)
     return {split.info.name: split for split in made if isinstance(split, Split)}
 
 
 def split_findings(dataset: Dataset) -> tuple[Finding, ...]:
-    """Tell the kinds that :func:`standard_splits` left out and why, and how many labels are in no part of others."""
+    """Report the kinds that :func:`standard_splits` skipped, with reasons, and labels that are in no part of others."""
     items = split_items(dataset)
     findings = []
     for kind in SplitKind:
         made = _made_or_reason(items, kind, SplitSettings())
         if not isinstance(made, Split):
             findings.append(
-                _finding("no_split", items.height, f"split {made.removeprefix('--')}; it is left out", Severity.INFO)
+                _finding("no_split", items.height, f"split {made.removeprefix('--')}; it is skipped", Severity.INFO)
             )
             continue
         known = items.filter(_LABELLED)["id"].implode()
         outside = made.groups.filter(pl.col("id").is_in(known), _GROUP.is_null()).height
         if outside:
-            message = (
-                f"split by {kind}: labelled fingerprints and windows that tell no {kind}; they are in neither part"
-            )
+            message = f"split by {kind}: labelled fingerprints and windows without a {kind} are in neither part"
             findings.append(_finding("not_in_split", outside, message, Severity.WARNING))
     return tuple(findings)
 
 
 def make_split(dataset: Dataset, kind: SplitKind, settings: SplitSettings, name: str | None = None) -> Split:
-    """Make one split; ``name`` is the kind's where none is given. Raises UsageError where the data cannot give it."""
+    """Make one split; ``name`` defaults to that of the kind. Raises UsageError if it is impossible with the data."""
     return _KINDS[kind](split_items(dataset), settings, kind.value if name is None else name)
 
 
 def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
     """Draw a share of the fingerprints of each building, floor and device (paper, section VII-A).
 
-    Wi-Fi fingerprints are drawn (in a walk without any: BLE, else magnetic, else IMU windows). What else the walk
-    holds follows the one of them that is nearest in time, so that no moment of a walk is in both parts.
+    Wi-Fi fingerprints are drawn (in a walk without any: BLE, else magnetic, else IMU windows). All other rows of the
+    walk follow the drawn one that is closest in time, so that no moment of a walk is in both parts.
     """
     labelled = items.filter(_LABELLED).with_columns(rank=rank_of_kind())
     placed = pl.all_horizontal(pl.col("time_ns", "session").is_not_null())
@@ -144,12 +141,12 @@ def random_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spl
             parameters={"share": settings.share, "seed": settings.seed},
             folds=(Fold(name=TEST, test=(TEST,)),),
         ),
-        f"too few fingerprints of any floor and device to draw {100 * settings.share:g} %",
+        f"too few fingerprints on each floor and device to draw {100 * settings.share:g} %",
     )
 
 
 def each_held_out(items: pl.DataFrame, settings: SplitSettings, name: str, kind: SplitKind) -> Split:
-    """Hold out each device, day or floor (of each building) in turn."""
+    """Use each device, day or floor (of each building) as the test set in turn."""
     del settings
     day = pl.col("date").dt.to_string("iso")
     key = {SplitKind.DEVICE: pl.col("device"), SplitKind.DAY: day, SplitKind.FLOOR: _floor_name()}[kind]
@@ -162,7 +159,7 @@ def each_held_out(items: pl.DataFrame, settings: SplitSettings, name: str, kind:
 
 
 def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
-    """Deal whole walks to folds, floor after floor in drawn order; each fold tests once."""
+    """Deal whole walks to folds, floor after floor in random order; each fold is the test set once."""
     labelled = items.filter(_LABELLED, pl.col("session").is_not_null())
     walks = labelled.group_by("session").agg(pl.col("building", "floor").min())
     count = min(settings.folds, walks.height)
@@ -173,18 +170,18 @@ def trajectory_split(items: pl.DataFrame, settings: SplitSettings, name: str) ->
     )
     parameters: dict[str, float | int | str] = {"folds": count, "seed": settings.seed}
     info = SplitInfo(name=name, kind=SplitKind.TRAJECTORY, parameters=parameters, folds=folds)
-    return _split(items, labelled.select("id", group="session"), info, "there is one walk only, or none is named")
+    return _split(items, labelled.select("id", group="session"), info, "there is only one walk, or walks have no names")
 
 
 def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Split:
-    """Hold out a share of each floor's square blocks; what lies in the guard ring around them is in neither part.
+    """Use a share of each floor's square blocks as the test set; the guard ring around them is in neither part.
 
     A block is ``x // side, y // side``; only blocks with fingerprints are drawn. Floors are drawn independently. Raises
-    UsageError where the ring is many blocks wide.
+    UsageError if the ring is many blocks wide.
     """
     if settings.guard_m > _WIDEST_GUARD * settings.block_m:
         raise UsageError(
-            f"a guard of {settings.guard_m:g} m reaches over more than {_WIDEST_GUARD} blocks of "
+            f"a guard of {settings.guard_m:g} m is wider than {_WIDEST_GUARD} blocks of "
             f"{settings.block_m:g} m; choose larger blocks or a smaller guard"
         )
     labelled = block_of(items.filter(_LABELLED), settings.block_m)
@@ -202,11 +199,11 @@ def block_split(items: pl.DataFrame, settings: SplitSettings, name: str) -> Spli
     }
     folds = (Fold(name=TEST, test=tuple(tests["group"])),)
     info = SplitInfo(name=name, kind=SplitKind.BLOCK, parameters=parameters, folds=folds)
-    return _split(items, groups, info, f"too few blocks of {settings.block_m:g} m to hold some out")
+    return _split(items, groups, info, f"too few blocks of {settings.block_m:g} m to draw a test set")
 
 
 _WIDEST_GUARD = 20
-"""Blocks: each within its reach is looked at, and a ring of more leaves next to nothing to train."""
+"""Widest guard in blocks; a wider ring leaves almost nothing for training."""
 _KINDS: Mapping[SplitKind, Callable[[pl.DataFrame, SplitSettings, str], Split]] = MappingProxyType(
     {
         SplitKind.RANDOM: random_split,
@@ -225,7 +222,7 @@ def _made_or_reason(items: pl.DataFrame, kind: SplitKind, settings: SplitSetting
 
 
 def _split(items: pl.DataFrame, groups: pl.DataFrame, info: SplitInfo, otherwise: str) -> Split:
-    """Give each item its group, in order of the ids; raises UsageError where a part of the split has nothing."""
+    """Give each item its group, in order of the ids; raises UsageError if a part of the split is empty."""
     whole = items.select("id").join(groups, on="id", how="left").sort("id")
     present = whole["group"].drop_nulls().unique()
     tested = {group for fold in info.folds for group in fold.test}
@@ -235,7 +232,7 @@ def _split(items: pl.DataFrame, groups: pl.DataFrame, info: SplitInfo, otherwise
 
 
 def _followed(follow: pl.DataFrame, leads: pl.DataFrame) -> pl.DataFrame:
-    """Give rows the group of the row among ``leads`` of their walk that is nearest in time."""
+    """Give rows the group of the row among ``leads`` of their walk that is closest in time."""
     timed = leads.select("session", "time_ns", "group", by="id").drop_nulls("time_ns").sort("time_ns", "by")
     found = follow.sort("time_ns", "id").join_asof(
         timed, on="time_ns", by="session", strategy="nearest", check_sortedness=False
@@ -253,15 +250,15 @@ def _finding(kind: FindingKind, count: int, message: str, severity: Severity) ->
 
 
 def draw_order(names: pl.Series, seed: int) -> pl.Series:
-    """Give each name its SHA-256 (hexadecimal) under a seed; sorting by it is a random order."""
+    """Give each name its SHA-256 (hexadecimal) under a seed, for sorting in random order."""
     return pl.Series("draw", [hashlib.sha256(f"{seed}/{name}".encode()).hexdigest() for name in names], dtype=pl.String)
 
 
 def stratified_sample(table: pl.DataFrame, name: str, strata: tuple[str, ...], share: float, seed: int) -> pl.Series:
-    """Draw a share of the rows of each stratum, by the unique names in column ``name``: a mask (n,).
+    """Draw a share of the rows of each stratum, by the unique names in column ``name``; return a mask (n,).
 
-    Exactly ``round(share * rows)`` of each stratum (halves up). A row added to a stratum changes the part of at most
-    one other, and of none outside the stratum.
+    Draws exactly ``round(share * rows)`` of each stratum (halves up). An additional row changes the part of at most one
+    other row in its stratum, and of none outside.
     """
     place = pl.col("draw").rank("ordinal").over(strata)
     wanted = (pl.len().over(strata) * share + 0.5).floor()
@@ -269,7 +266,7 @@ def stratified_sample(table: pl.DataFrame, name: str, strata: tuple[str, ...], s
 
 
 def stratified_folds(table: pl.DataFrame, name: str, strata: tuple[str, ...], hands: int, seed: int) -> pl.Series:
-    """Deal the rows to hands 0 to ``hands - 1``, stratum after stratum, so that each gets as many as it can: (n,)."""
+    """Deal the rows to hands 0 to ``hands - 1``, stratum after stratum, as evenly as possible: (n,)."""
     ordered = table.with_row_index("row").with_columns(draw_order(table[name], seed)).sort(*strata, "draw")
     return ordered.with_columns(hand=pl.int_range(pl.len()) % hands).sort("row")["hand"]
 
@@ -282,7 +279,7 @@ def block_of(items: pl.DataFrame, side_m: float) -> pl.DataFrame:
 
 
 def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_m: float) -> pl.Series:
-    """Tell which items (n,), of :func:`block_of`, lie nearer than ``guard_m`` to one of the blocks of their floor."""
+    """Return which items (n,), of :func:`block_of`, are closer than ``guard_m`` to one of the blocks of their floor."""
     near = np.zeros(items.height, dtype=bool)
     if guard_m > 0:
         reach = math.ceil(guard_m / side_m)
@@ -295,7 +292,7 @@ def near_blocks(items: pl.DataFrame, blocks: pl.DataFrame, side_m: float, guard_
 
 
 def _distance_m(items: pl.DataFrame, side_m: float) -> FloatArray:
-    """Distance (n,) from each item to the block that its row names."""
+    """Distance (n,) from each item to the block in its row."""
     low, place = items.select("column", "line").to_numpy() * side_m, items.select("x", "y").to_numpy()
     distance: FloatArray = np.hypot(*np.maximum(np.maximum(low - place, place - low - side_m), 0.0).T)
     return distance

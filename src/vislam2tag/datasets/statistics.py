@@ -1,6 +1,6 @@
-"""What a data set holds, in numbers: the paper's Table III and Figure 8, and what labels cost and are worth.
+"""Statistics of a data set: the paper's Table III and Figure 8, and the cost and yield of labels.
 
-Counts are over its walks, one walk in memory at a time.
+Counts are over walks, with one walk in memory at a time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each
 from vislam2tag.datasets.place_sums import PlaceMeans, device_offsets
 
 LABELLED = Status.OK.label
-"""Fingerprints that are ``uncertain`` keep their position, but count as labelled nowhere."""
+"""Status of labelled fingerprints; ``uncertain`` ones keep their position, but do not count as labelled."""
 _LABELS = {
     "technology": pl.String,
     "session": pl.String,
@@ -40,11 +40,11 @@ class StatisticsTally:
     """Counts of the walks added so far."""
 
     def __init__(self) -> None:
-        """Begin without any."""
+        """Start with no counts."""
         self.labels = RunningTotal(_LABEL_KEYS, (pl.col("fingerprints", "labelled").sum(),), _LABELS)
         """Fingerprints, and labelled ones, by technology, session, device, building, floor and status."""
         self.counts = RunningTotal(_COUNT, (pl.col("count").sum(),), _COUNTS)
-        """How often (``count``) each ``number`` occurs, by ``what`` it is, technology and device.
+        """How often (``count``) each ``number`` occurs, by quantity (``what``), technology and device.
 
         ``readings``: 1 for those with a position, else 0. ``heard``: access points of a fingerprint. ``rssi``: whole
         dBm of a reading. ``sigma``: bin of a fingerprint's sigma.
@@ -52,7 +52,7 @@ class StatisticsTally:
         self.places = PlaceMeans()
 
     def add(self, tables: SessionTables, floors: Mapping[str, int | None]) -> None:
-        """Count one walk; ``floors`` says by session where its fingerprints without a label count."""
+        """Count one walk; ``floors`` is the floor, by session, for its fingerprints without a label."""
         scans = tables.fingerprints.with_columns(
             pl.col("floor").fill_null(pl.lit(floors.get(tables.session), pl.Int32)),
             pl.col("device").fill_null(record.UNKNOWN),
@@ -79,7 +79,7 @@ class StatisticsTally:
 
 
 def _numbers(counts: pl.DataFrame, what: str) -> dict[int, int]:
-    """How often each number occurs, of all devices."""
+    """How often each number occurs, over all devices."""
     return dict(counts.filter(what=what).group_by("number").agg(pl.col("count").sum()).sort("number").iter_rows())
 
 
@@ -93,7 +93,7 @@ _MINUTE_S, _HOUR_S = 60.0, 3600.0
 
 
 def dataset_statistics(dataset: Dataset, field_work: record.FieldWork | None = None) -> record.DatasetStatistics:
-    """Count a data set; ``field_work`` tells what the survey took as a whole, where that is known.
+    """Compute the statistics of a data set; ``field_work`` is the effort of the whole survey, if known.
 
     One walk is in memory at a time.
     """
@@ -158,7 +158,7 @@ def _walks(sessions: Sequence[record.SessionStatistics]) -> record.WalkTotals:
 
 @dataclass(frozen=True)
 class _Cost:
-    """The walks whose duration and length are known, and what they took."""
+    """The walks with known duration and length, and their sums."""
 
     timed: frozenset[str]
     minutes: float
@@ -220,7 +220,7 @@ def _floors(labels: pl.DataFrame) -> tuple[record.FloorLabels, ...]:
 
 
 def _rssi(levels: pl.DataFrame, shared: pl.DataFrame) -> dict[str, record.DeviceRssi]:
-    """The RSSI of each device that heard anything, and its offset."""
+    """The RSSI of each device with readings, and its offset."""
     devices = levels["device"].unique().sort().to_list()
     offsets = device_offsets(shared, devices)
     return {
@@ -245,7 +245,7 @@ def _sigma(counts: Mapping[int, int]) -> record.SigmaDistribution | None:
 
 
 def _sum(values: Iterable[float | None]) -> float | None:
-    """Sum of the values that are known; None where none is."""
+    """Sum of the known values; None if there are none."""
     known = [value for value in values if value is not None]
     return round(sum(known), 3) if known else None
 

@@ -1,6 +1,6 @@
-"""The statistics of a data set as JSON (``statistics.json``): small whatever the size of the set.
+"""The statistics of a data set as JSON (``statistics.json``), small for data sets of any size.
 
-The paper's Table III of them, the walks of each device, as CSV, Markdown and LaTeX.
+Also writes the paper's Table III, the walks of each device, as CSV, Markdown and LaTeX.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table, markdown_table
 
 UNKNOWN = "unknown"
-"""What stands for a device that no file names."""
+"""Name of a device that no file names."""
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 class FieldWork(FiniteRecord):
-    """What the survey took beside the walks themselves: setting up, pauses, ways between floors."""
+    """Effort of a survey beyond the walks: setting up, pauses, ways between floors."""
 
     people: int = Field(ge=1, le=1_000_000)
     hours: float = Field(gt=0, le=1_000_000)
-    """From arrival to departure."""
+    """Hours from arrival to departure."""
 
 
 class WalkTotals(FiniteRecord):
-    """Sums over walks (paper, Table III); None where no walk tells."""
+    """Sums over walks (paper, Table III); None if unknown for all walks."""
 
     trajectories: int
     duration_s: float | None = None
     distance_m: float | None = None
     velocity_m_s: float | None = None
-    """Distance over duration, pauses included, of the walks that know both."""
+    """Distance over duration, including pauses, of the walks for which both are known."""
     labelled_s: float | None = None
     labelled_m: float | None = None
 
 
 class LabelCounts(FiniteRecord):
-    """Fingerprints, how many of them are labelled (status ``ok``), and what share that is (None of none)."""
+    """Number of fingerprints, of labelled ones (status ``ok``), and their share (None without fingerprints)."""
 
     fingerprints: int
     labelled: int
@@ -56,13 +56,13 @@ class LabelCounts(FiniteRecord):
 
 
 class Distribution(FiniteRecord):
-    """How a whole number is distributed: access points a fingerprint, RSSI in dBm."""
+    """Distribution of a whole number: access points in a fingerprint, RSSI in dBm."""
 
     count: int
     mean: float
     deviation: float
     quantiles: dict[str, float]
-    """By share (``0.05`` to ``0.95``): the least number that so large a share does not exceed."""
+    """By share (``0.05`` to ``0.95``): the smallest number that this share does not exceed."""
     counts: dict[int, int]
     """How often each number occurs."""
 
@@ -83,7 +83,7 @@ class Distribution(FiniteRecord):
         )
 
     def binned(self, most: int) -> tuple[int, dict[int, int]]:
-        """Width of at most ``most`` bins of equal width, and how many numbers fall into each, by its least number."""
+        """Width of at most ``most`` bins of equal width, and the count in each, by its smallest number."""
         lowest, highest = min(self.counts), max(self.counts)
         width = -(-(highest - lowest + 1) // most)
         bins = dict.fromkeys(range(lowest, highest + 1, width), 0)
@@ -93,7 +93,7 @@ class Distribution(FiniteRecord):
 
 
 class SigmaDistribution(FiniteRecord):
-    """How sure the positions are: sigma of the fingerprints that state one, uncertain ones included, metres."""
+    """Distribution of sigma over fingerprints that have one, including uncertain ones, metres."""
 
     fingerprints: int
     median_m: float
@@ -103,17 +103,17 @@ class SigmaDistribution(FiniteRecord):
 
 
 class DeviceRssi(FiniteRecord):
-    """What one device hears."""
+    """RSSI of one device."""
 
     rssi_dbm: Distribution
     offset_db: float | None
-    """How much louder it hears than the mean of the devices that share places with it; None where none does."""
+    """Offset against the mean of the devices that share places with it; None if there are none."""
     shared: int
-    """Access points heard in a cell where another device heard them as well, over all cells."""
+    """Number of access points heard in a cell that another device heard there, too, over all cells."""
 
 
 class FloorLabels(FiniteRecord):
-    """The fingerprints of one floor. One without a label counts where its walk says that it was (None: nowhere)."""
+    """The fingerprints of one floor. Unlabelled ones count on the floor of their walk (None: nowhere)."""
 
     building: str
     floor: int | None
@@ -127,36 +127,36 @@ class TechnologyStatistics(FiniteRecord):
     labels: LabelCounts
     readings: int
     labelled_readings: int
-    """Readings with a position, that of uncertain fingerprints included."""
+    """Readings with a position, including those of uncertain fingerprints."""
     transmitters: int
     by_device: dict[str, LabelCounts]
     by_floor: tuple[FloorLabels, ...]
     statuses: dict[str, int]
-    """Fingerprints by status: ``ok``, or why there is no position, or none that is sure."""
+    """Fingerprints by status: ``ok``, or why there is no position, or only an uncertain one."""
     heard: Distribution
-    """Access points (or beacons) a fingerprint."""
+    """Access points (or beacons) in a fingerprint."""
     rssi: dict[str, DeviceRssi]
     sigma: SigmaDistribution | None
     labelled_per_minute: float | None
-    """Labelled fingerprints a minute of walking."""
+    """Labelled fingerprints for each minute of walking."""
     labelled_per_person_hour: float | None
-    """By :class:`Effort`."""
+    """Labelled fingerprints for each person-hour of :class:`Effort`."""
 
 
 class Effort(FiniteRecord):
-    """What labels cost."""
+    """The cost of labels."""
 
     basis: Literal["total time", "walking time"]
-    """Whether person-hours count all time on site times people, or only the walks, one person each."""
+    """Whether person-hours are time on site times people, or only the walks with one person each."""
     people: int | None
     person_hours: float
     labelled_m_per_minute: float | None
-    """Labelled metres a minute of walking."""
+    """Labelled metres for each minute of walking."""
     labelled_m_per_person_hour: float | None
 
 
 class SessionStatistics(FiniteRecord):
-    """One walk; None where its files do not tell."""
+    """One walk; None if its files do not contain it."""
 
     session: str
     device: str
@@ -178,13 +178,13 @@ class DatasetStatistics(FiniteRecord):
     walks: WalkTotals
     by_device: dict[str, WalkTotals]
     effort: Effort | None
-    """None where no walk has a duration and a length, as in sets of single points."""
+    """None if no walk has a duration and a length, as in data sets of single points."""
     technologies: dict[str, TechnologyStatistics]
     sessions: tuple[SessionStatistics, ...]
 
     @property
     def main(self) -> tuple[str, TechnologyStatistics] | None:
-        """Wi-Fi where there is any, else the technology with the most fingerprints; None in an empty set."""
+        """Wi-Fi if there is any, else the technology with the most fingerprints; None in an empty set."""
         if not self.technologies:
             return None
         return max(self.technologies.items(), key=lambda item: (item[0] == "wifi", item[1].labels.fingerprints))
@@ -202,7 +202,7 @@ PAPER: Mapping[str, Sequence[float | None]] = {
     ALL: (81, 252.00, 11237.02, None),
 }
 """The paper's numbers for giaIndoorLoc; the totals are sums of its rows. Its velocities exceed its own distance over
-duration (0.64 to 0.80 m/s): how they were made is not said. Ours are distance over duration."""
+duration (0.64 to 0.80 m/s), for unknown reasons. Ours are distance over duration."""
 PAPER_FINGERPRINTS = 2049
 """Labelled fingerprints of giaIndoorLoc, by two people in under two hours (paper, section VII)."""
 _NONE = "-"
@@ -211,14 +211,14 @@ _COLUMNS = ("trajectories", "duration_min", "distance_m", "velocity_m_s")
 
 @dataclass(frozen=True)
 class Table3:
-    """Rows by device, the total last; with the paper's numbers beside them or without."""
+    """Rows by device with the total last, with or without the paper's numbers."""
 
     rows: tuple[tuple[str, tuple[float | None, ...]], ...]
     beside_paper: bool
 
     @classmethod
     def of(cls, by_device: Mapping[str, WalkTotals], total: WalkTotals, *, beside_paper: bool = False) -> Table3:
-        """Make the table of statistics; devices that only the paper has are left out."""
+        """Make the table from statistics; devices that only the paper has are skipped."""
         rows = [*by_device.items(), (ALL, total)]
         return cls(tuple((device, _numbers(walks)) for device, walks in rows), beside_paper)
 
@@ -228,7 +228,7 @@ class Table3:
         return tuple(head for own in HEADS for head in ((own, "paper") if self.beside_paper else (own,)))
 
     def texts(self) -> list[tuple[str, tuple[str, ...]]]:
-        """Each device with its numbers as text, a dash where there is none."""
+        """Each device with its numbers as text, or a dash."""
         return [(device, tuple(self._beside(device, numbers))) for device, numbers in self.rows]
 
     def _beside(self, device: str, numbers: Sequence[float | None]) -> list[str]:
@@ -240,7 +240,7 @@ class Table3:
 
 
 def table_3_csv(table: Table3) -> str:
-    """One line for each device; empty where there is no number."""
+    """One line for each device; unknown numbers are empty."""
     paper = [f"paper_{name}" for name in _COLUMNS] if table.beside_paper else []
     rows = [("device", *_COLUMNS, *paper)]
     for device, numbers in table.rows:
@@ -250,7 +250,7 @@ def table_3_csv(table: Table3) -> str:
 
 
 def table_3_markdown(table: Table3) -> str:
-    """A table for reading."""
+    """The table as Markdown."""
     rows = ((device, *texts) for device, texts in table.texts())
     return markdown_table(TABLE_3_TITLE, ("device", *table.heads), rows, texts=1)
 
@@ -267,7 +267,7 @@ def _numbers(walks: WalkTotals) -> tuple[float | None, ...]:
 
 
 def _shown(numbers: Sequence[float | None]) -> list[str]:
-    """Trajectories as a whole number, all else with two decimals."""
+    """Trajectories as a whole number, everything else with two decimals."""
     return [
         _NONE if number is None else f"{number:.0f}" if column == 0 else f"{number:.2f}"
         for column, number in enumerate(numbers)

@@ -1,4 +1,4 @@
-"""Wide CSV tables: one row a fingerprint, one column an access point, a stated level where it was not heard."""
+"""Wide CSV tables: one row for each fingerprint, one column for each access point, a stated level if not heard."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
 from vislam2tag.intake import readings
 
 _ROWS_AT_ONCE = 2000
-"""Rows of the wide table in memory at once; it holds some twenty times as many cells as levels heard."""
+"""Rows of the wide table in memory at once; there are about twenty times as many cells as heard levels."""
 
 
 @dataclass(frozen=True)
 class LevelRules:
-    """What a format states of the levels in its tables, and what the user says of the file."""
+    """What a format and the user say about the levels in a table."""
 
     not_heard: float = readings.NOT_HEARD
-    """The level that the format states for "not heard"."""
+    """The level that means "not heard" in the format."""
     strength: readings.LevelRange = readings.SIGNAL_STRENGTH
     said: float | None = None
-    """The level that the user says stands for "not heard"; no other is looked for then."""
+    """The level that means "not heard" according to the user; no other is looked for then."""
 
 
 USUAL = LevelRules()
@@ -35,9 +35,9 @@ USUAL = LevelRules()
 
 @dataclass(frozen=True)
 class WideTable:
-    """What a wide table holds.
+    """Content of a wide table.
 
-    ``rows``: ``row`` (int64, 0-based) and the other columns asked for (null where the file lacks one that may lack).
+    ``rows``: ``row`` (int64, 0-based) and the other requested columns (null if an optional one is missing).
     ``heard``: ``row``, ``bssid`` (the access point's column), ``rssi_dbm`` of each level, by row, then column.
     """
 
@@ -53,10 +53,10 @@ def read_wide(
     is_access_point: Callable[[str], bool],
     rules: LevelRules = USUAL,
 ) -> WideTable:
-    """Read a wide table with a header. ``columns`` are the others to take, with their types.
+    """Read a wide table with a header. ``columns`` are the other columns to read, with their types.
 
-    Columns that are neither are left out and reported. Raises DatasetError, naming file and line, where it has no
-    access points or a cell is no number, and with a question where a level may stand for "not heard".
+    Unknown columns are skipped and reported. Raises DatasetError with file and line if there are no access points or a
+    cell is not a number, and with a question if a level may mean "not heard".
     """
     header = _top_line(path).split(",")
     return _read(
@@ -65,7 +65,7 @@ def read_wide(
 
 
 def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
-    """Read a table of levels alone, without a header; the columns are called WAP001, WAP002, ...; raises alike."""
+    """Read a table of levels only, without a header; columns are named WAP001, WAP002, ...; raises as above."""
     count = len(_top_line(path).split(","))
     digits = max(3, len(str(count)))
     names = tuple(f"WAP{number:0{digits}d}" for number in range(1, count + 1))
@@ -75,7 +75,7 @@ def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
 def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
     """Read a comma separated table without a header that has exactly these columns.
 
-    Raises DatasetError, naming file and line, where it has not, or a cell is no number.
+    Raises DatasetError with file and line if it has other columns, or a cell is not a number.
     """
     width = len(_top_line(path).split(","))
     if width != len(columns):
@@ -100,7 +100,7 @@ def _top_line(path: Path) -> str:
     except (OSError, UnicodeDecodeError) as error:
         raise DatasetError(f"{path}: cannot be read as a table ({error}); expected comma separated text") from error
     if not line:
-        raise DatasetError(f"{path}: is empty; expected a table with one row a fingerprint")
+        raise DatasetError(f"{path}: the file is empty; expected a table with one row for each fingerprint")
     return line
 
 
@@ -115,10 +115,10 @@ def _read(
 ) -> WideTable:
     access_points = tuple(name for name in header if name not in columns and is_access_point(name))
     if not access_points:
-        raise DatasetError(f"{path}: line 1 names no access point; expected columns like WAP001 with levels in dBm")
+        raise DatasetError(f"{path}: line 1 names no access point; expected columns such as WAP001 with levels in dBm")
     if len(set(header)) < len(header):
         twice = next(name for number, name in enumerate(header) if name in header[:number])
-        raise DatasetError(f"{path}: line 1 has the column {twice} twice; expected each once")
+        raise DatasetError(f"{path}: the column {twice} is twice in line 1")
     schema = {name: pl.Float32() if name in access_points else columns.get(name, pl.String()) for name in header}
     stated = rules.not_heard if rules.said is None else rules.said
     first_line = 2 if has_header else 1
@@ -140,7 +140,7 @@ def _read(
         short += [row + first_row + first_line for row in batch[header[-1]].is_null().arg_true()]
         first_row += batch.height
     if not first_row:
-        raise DatasetError(f"{path}: holds no fingerprint; expected one row each")
+        raise DatasetError(f"{path}: contains no fingerprint; expected one row for each")
     _refuse_short_lines(path, short, len(header))
     table = pl.concat(rows) if any(name in columns for name in header) else pl.DataFrame(height=first_row)
     lacking = [pl.lit(None, kind).alias(name) for name, kind in columns.items() if name not in header]
@@ -159,9 +159,9 @@ def _read(
 def _measured(
     path: Path, heard: pl.DataFrame, counts: tuple[int, int], first_line: int, rules: LevelRules
 ) -> tuple[pl.DataFrame, list[Finding]]:
-    """Keep what was measured of all cells with a level; report a filler and what is out of range.
+    """Keep the measured cells; report a filler and levels out of range.
 
-    ``counts`` are those of the access points and of the cells without a level; ``first_line`` that of the first row.
+    ``counts`` are those of the access points and of the cells without a level; ``first_line`` is that of the first row.
     """
     findings = []
     filler = readings.filler_of(heard, *counts, rules.strength)
@@ -192,7 +192,7 @@ def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool)
 
 
 def _wrong_cell(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> DatasetError | None:
-    """Say which cell of a table that cannot be parsed is wrong: the first, by line."""
+    """Return an error for the first wrong cell, by line, of a table that cannot be parsed."""
     kinds = list(schema.items())
     with plain(path).open(encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, start=1):
@@ -204,13 +204,13 @@ def _wrong_cell(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bo
             for cell, (name, kind) in zip(cells, kinds, strict=True):
                 if kind.is_numeric() and not _is_number(cell):
                     return DatasetError(
-                        f"{path}: line {number}, column {name}: '{cell}' is no number; correct the file"
+                        f"{path}: line {number}, column {name}: '{cell}' is not a number; correct the file"
                     )
     return None
 
 
 def _refuse_short_lines(path: Path, lines: list[int], width: int) -> None:
-    """Raise where a line whose last cell is empty has in truth too few of them."""
+    """Raise an error if a line with an empty last cell actually has too few cells."""
     if not lines:
         return
     wanted = set(lines)
@@ -234,4 +234,4 @@ def _is_number(cell: str) -> bool:
 
 def _unknown(path: Path, names: list[str]) -> tuple[Finding, ...]:
     shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
-    return finding_if(len(names), "unknown_columns", f"columns that are not known are left out: {shown}", path.name)
+    return finding_if(len(names), "unknown_columns", f"unknown columns are skipped: {shown}", path.name)

@@ -1,8 +1,8 @@
-"""What several formats share that write labels or labelled fingerprints.
+"""Functions that several formats share to write labels or labelled fingerprints.
 
-Labels are shared without the sessions that come from outside their survey; fingerprints come session by session, as
-formats of plain samples need them, with the parts of a split as formats with a training and a test file know them. What
-a format has no place for is counted and stated, column by column.
+Labels are shared without sessions that are links out of their survey. Fingerprints are yielded session by session, with
+the parts of a split for formats with a training and a test file. Data for which a format has no place are counted and
+reported, column by column.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from vislam2tag.site.links import left_out_sessions
 
 
 def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey, tuple[Finding, ...]]:
-    """Open labels to be shared, and count what is left out.
+    """Open labels in order to share them, and count what is skipped.
 
-    Raises DatasetError as :func:`open_labelled` does, SurveyError where the context's survey is none.
+    Raises DatasetError as :func:`open_labelled` does, and SurveyError if the context's survey is invalid.
     """
     opened = open_labelled(labels, follow_links=context.follow_links)
     if context.survey is not None and not context.follow_links:
@@ -43,7 +43,7 @@ def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey,
 
 
 SET = "set"
-"""Stands among tables for what belongs to the set as a whole."""
+"""Name, among tables, for what belongs to the data set as a whole."""
 MANIFEST, SPLITS, ONE_SPLIT, PLANS = "manifest", "splits", "one split", "plans"
 DERIVED: Mapping[str, frozenset[str]] = {
     "fingerprints": frozenset({"readings"}),
@@ -62,17 +62,18 @@ DERIVED: Mapping[str, frozenset[str]] = {
     ),
     "sessions": frozenset({"fingerprints"}),
 }
-"""Columns that follow from the others: reading back makes them anew, so that nothing is lost."""
+"""Columns that follow from others: reading makes them again, so nothing is lost."""
 Holds = Mapping[str, Collection[str]]
 
 
 def left_out_of_dataset(dataset: Dataset, holds: Holds) -> tuple[Finding, ...]:
-    """Name what a format does not hold of a data set: by table, its columns with values; then of the whole."""
+    """Report what a format does not support: columns with values by table, then parts of the whole data set."""
     return (*left_out(dataset.tables, holds), *_of_set(dataset, holds.get(SET, ())))
 
 
 def left_out(tables: Mapping[str, pl.LazyFrame], holds: Holds) -> tuple[Finding, ...]:
-    """Name, table by table, the columns with values that a format does not hold; ``count`` is the rows concerned."""
+    """Report, table by table, the columns with values that a format does not support; ``count`` is the number of
+    rows."""
     found = (_of_table(name, table, holds.get(name, ())) for name, table in tables.items())
     return tuple(finding for finding in found if finding)
 
@@ -81,11 +82,15 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     schema = table.collect_schema()
     if not held:
         rows = int(table.select(pl.len()).collect(engine="streaming").item())
-        return _finding(name, rows, f"the table {name} is left out: the format has no place for it") if rows else None
+        return (
+            _finding(name, rows, f"the table {name} is skipped, because the format has no place for it")
+            if rows
+            else None
+        )
     missing = [column for column in schema if column not in held and column not in DERIVED.get(name, ())]
     if not missing:
         return None
-    # An empty text, such as the name of the only building, says nothing that could be lost.
+    # An empty text, such as the name of the only building, contains nothing that could be lost.
     stated = {
         column: (pl.col(column) != "").fill_null(value=False)
         if schema[column] == pl.String
@@ -98,7 +103,7 @@ def _of_table(name: str, table: pl.LazyFrame, held: Collection[str]) -> Finding 
     )
     found = counts.collect(engine="streaming").row(0, named=True)
     lost = [column for column in missing if found[column]]
-    return _finding(name, found["_rows"], f"columns left out of {name}: {', '.join(lost)}") if lost else None
+    return _finding(name, found["_rows"], f"columns of {name} are skipped: {', '.join(lost)}") if lost else None
 
 
 def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
@@ -106,13 +111,13 @@ def _of_set(dataset: Dataset, held: Collection[str]) -> list[Finding]:
     stated = [name for name in ("title", "description", "licence", "creators", "doi") if getattr(info, name)]
     findings = []
     if stated and MANIFEST not in held:
-        findings.append(_finding("manifest", len(stated), f"left out of the manifest: {', '.join(stated)}"))
+        findings.append(_finding("manifest", len(stated), f"skipped fields of the manifest: {', '.join(stated)}"))
     others = len(dataset.splits) - (ONE_SPLIT in held)
     if SPLITS not in held and others > 0:
         which = "all splits but one" if ONE_SPLIT in held else "splits"
-        findings.append(_finding("splits", others, f"{which} are left out"))
+        findings.append(_finding("splits", others, f"{which} are skipped"))
     if dataset.files and PLANS not in held:
-        findings.append(_finding("plans", len(dataset.files), "plans of the floors are left out"))
+        findings.append(_finding("plans", len(dataset.files), "floor plans are skipped"))
     return findings
 
 
@@ -121,37 +126,37 @@ def _finding(file: str, count: int, message: str) -> Finding:
 
 
 def in_neither_part(fingerprints: pl.LazyFrame, part: pl.DataFrame) -> tuple[Finding, ...]:
-    """Count the fingerprints that a split puts into neither part."""
+    """Count the fingerprints that are in neither part of a split."""
     left = fingerprints.join(part.lazy(), on="scan_id", how="anti").select(pl.len())
     count = int(left.collect(engine="streaming").item())
-    message = "fingerprints are in neither part of the split: they are in no training or test set"
+    message = "fingerprints are in neither the training set nor the test set of the split"
     return finding_if(count, "in_neither_part", message)
 
 
 def train_test_assignment(dataset: Dataset, context: ExportContext) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
-    """Return the parts of the chosen split and fold; without a choice the official one's, or all trains.
+    """Return the parts of the chosen split and fold; by default those of the official one, or all for training.
 
     The table has the columns ``scan_id`` and ``part``; fingerprints in neither part have no row. Raises UsageError for
-    a split or fold that is not there, and where a split has several folds and none is chosen.
+    an unknown split or fold, and if a split has several folds and none is chosen.
     """
     if context.split is None:
         return _without_choice(dataset, context)
     if context.split not in dataset.splits:
         there = ", ".join(dataset.splits) or "none"
-        raise UsageError(f"--split {context.split}: the data set has no such split; there are: {there}")
+        raise UsageError(f"--split {context.split}: the data set has no such split; its splits: {there}")
     split = dataset.splits[context.split]
     return _parts(split, _fold(split, context.fold)), ()
 
 
 def _without_choice(dataset: Dataset, context: ExportContext) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
     if context.fold is not None:
-        raise UsageError(f"--fold {context.fold}: say of which split by --split")
+        raise UsageError(f"--fold {context.fold}: name the split of this fold with --split")
     official = [split for split in dataset.splits.values() if split.info.kind == "official"]
     if len(official) == 1 and len(official[0].info.folds) == 1:
         return _parts(official[0], official[0].info.folds[0]), ()
     ids = dataset.fingerprints.select("scan_id", part=pl.lit(TRAIN)).collect(engine="streaming")
-    message = "no split chosen (--split): all is training data" + (
-        f"; there are: {', '.join(dataset.splits)}" if dataset.splits else ", as the data set has none"
+    message = "no split was chosen (--split), so everything is training data" + (
+        f"; available splits: {', '.join(dataset.splits)}" if dataset.splits else "; the data set has no splits"
     )
     return ids, finding_if(1, "no_split", message)
 
@@ -162,11 +167,13 @@ def _fold(split: Split, name: str | None) -> Fold:
         return folds[0]
     there = ", ".join(fold.name for fold in folds)
     if name is None:
-        raise UsageError(f"--split {split.info.name}: has {len(folds)} folds; choose one by --fold: {there}")
+        raise UsageError(
+            f"--split {split.info.name}: the split has {len(folds)} folds; choose one with --fold: {there}"
+        )
     try:
         return split.fold(name)
     except KeyError as error:
-        raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; there are: {there}") from error
+        raise UsageError(f"--fold {name}: split {split.info.name} has no such fold; its folds: {there}") from error
 
 
 def _parts(split: Split, fold: Fold) -> pl.DataFrame:
@@ -179,17 +186,17 @@ def _parts(split: Split, fold: Fold) -> pl.DataFrame:
 _CELLS_AT_ONCE = 4_000_000
 """Cells of a matrix in memory at once: 16 MB."""
 _NS = 1_000_000_000
-UNKNOWN_LEVELS = "readings without a level are left out"
-UNMAPPED = "sessions without a position are left out"
+UNKNOWN_LEVELS = "readings without a level are skipped"
+UNMAPPED = "sessions without a position are skipped"
 
 
 def labelled_fingerprints(
     dataset: Dataset, technology: str | None = None, *, uncertain: bool = True
 ) -> tuple[pl.LazyFrame, tuple[Finding, ...]]:
-    """Return the fingerprints that have x, y and a floor, in order, and what that leaves out.
+    """Return the fingerprints with x, y and a floor, in order, and findings about the others.
 
-    With ``technology`` only its fingerprints; without ``uncertain`` none that is so, as formats want that cannot say
-    how sure a position is. Raises DatasetError where none is left.
+    With ``technology`` only its fingerprints; without ``uncertain`` no uncertain ones, for formats that cannot store a
+    sigma. Raises DatasetError if none is left.
     """
     known = pl.all_horizontal(pl.col("x", "y", "floor").is_not_null())
     wanted = pl.lit(value=True) if technology is None else pl.col("technology") == technology
@@ -203,15 +210,18 @@ def labelled_fingerprints(
     kept, *lost = counts.row(0)
     if not kept:
         what = "fingerprint" if technology is None else f"{technology} fingerprint"
-        raise DatasetError(f"{dataset.info.name}: no {what} of it has a position; this format holds only those that do")
+        raise DatasetError(f"{dataset.info.name}: no {what} has a position, and this format needs one")
     messages: tuple[tuple[FindingKind, str], ...] = (
-        ("unlabelled_left_out", "fingerprints without a position are left out: the format has no place for them"),
+        (
+            "unlabelled_left_out",
+            "fingerprints without a position are skipped, because the format has no place for them",
+        ),
         (
             "uncertain_left_out",
-            "uncertain fingerprints are left out: the format cannot say how sure a position is; "
-            "`dataset --max-sigma-m` decides",
+            "uncertain fingerprints are skipped, because the format cannot store a standard deviation; "
+            "`dataset --max-sigma-m` sets the limit",
         ),
-        ("technology_left_out", f"fingerprints of another technology than {technology} are left out"),
+        ("technology_left_out", f"fingerprints of technologies other than {technology} are skipped"),
     )
     return dataset.fingerprints.filter(known & wanted & sure), _counted(lost, messages)
 
@@ -219,7 +229,7 @@ def labelled_fingerprints(
 def labelled_by_session(
     dataset: Dataset, fingerprints: pl.LazyFrame, progress: Progress[str]
 ) -> Iterator[SessionTables]:
-    """Yield the fingerprints and their readings session by session, telling ``progress`` after each."""
+    """Yield the fingerprints and their readings session by session; ``progress`` is called after each."""
     total = fingerprints.select(pl.col("session").n_unique()).collect(engine="streaming").item()
     for tables in each_session(fingerprints, dataset.readings):
         yield tables
@@ -229,9 +239,9 @@ def labelled_by_session(
 def matrices(
     tables: SessionTables, transmitters: pl.Series, not_heard: float
 ) -> Iterator[tuple[pl.DataFrame, npt.NDArray[np.float32]]]:
-    """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` where there is none.
+    """Yield runs of fingerprints with their levels (rows, access points), dBm; ``not_heard`` if there is none.
 
-    Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint become their mean.
+    Columns follow ``transmitters`` (bssid). Several readings of one access point in a fingerprint are averaged.
     """
     columns = pl.DataFrame({"bssid": transmitters}).with_row_index("column")
     height = max(1, _CELLS_AT_ONCE // max(1, len(transmitters)))
@@ -254,7 +264,7 @@ def _counted(counts: Iterable[int], messages: Iterable[tuple[FindingKind, str]])
 
 
 def matrix_losses(readings: pl.DataFrame, not_heard: float) -> IntArray:
-    """Count the readings of fingerprints that a matrix of levels cannot hold as they are: unknown, hidden, several."""
+    """Count the readings that a matrix of levels cannot contain unchanged: unknown, hidden, several."""
     levels = pl.col("rssi_dbm")
     counts = readings.select(
         unknown=levels.is_null().sum(),
@@ -266,13 +276,13 @@ def matrix_losses(readings: pl.DataFrame, not_heard: float) -> IntArray:
 
 def matrix_loss_findings(lost: IntArray, not_heard: float) -> tuple[Finding, ...]:
     """Report the sums of :func:`matrix_losses` over all sessions."""
-    hidden = f"readings of {not_heard:g} dBm look like not heard, which the format writes this way"
+    hidden = f"readings of {not_heard:g} dBm look like 'not heard', which the format writes as this level"
     messages: tuple[tuple[FindingKind, str], ...] = (
         ("unknown_levels_left_out", UNKNOWN_LEVELS),
         ("levels_left_out", hidden),
         (
             "readings_averaged",
-            "readings are further ones of an access point in a fingerprint: their mean is written",
+            "repeated readings of an access point in one fingerprint are replaced by their mean",
         ),
     )
     return _counted(lost.tolist(), messages)
@@ -281,8 +291,7 @@ def matrix_loss_findings(lost: IntArray, not_heard: float) -> tuple[Finding, ...
 def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
     """Return ``scan_id`` and ``unix_ns`` (start of the fingerprint, ns since 1970) of every fingerprint.
 
-    On the boot clock the time of day is that of the session's start, taken as UTC, plus what has passed since its
-    first fingerprint; null where it is not known.
+    On the boot clock, this is the session's start (as UTC) plus the time since its first fingerprint; null if unknown.
     """
     start = pl.col("start_ns")
     if dataset.info.clock == "unix":
@@ -300,7 +309,7 @@ def with_unix_time(dataset: Dataset) -> pl.LazyFrame:
 
 
 def seconds_text(time_ns: pl.Expr) -> pl.Expr:
-    """Write whole nanoseconds as seconds, without the digits that a floating-point number would lose."""
+    """Write whole nanoseconds as seconds, without loss of digits."""
     rest = (time_ns % _NS).cast(pl.String).str.zfill(9).str.strip_chars_end("0")
     whole = (time_ns // _NS).cast(pl.String)
     return pl.when(rest == "").then(whole).otherwise(pl.concat_str([whole, rest], separator="."))
@@ -310,9 +319,9 @@ def seconds_text(time_ns: pl.Expr) -> pl.Expr:
 def csv_file(
     folder: Folder, name: str, separator: str = ",", null: str = ""
 ) -> Iterator[Callable[[pl.DataFrame], None]]:
-    """Open a new CSV file and yield what appends a table to it; ``null`` is written for what is not known.
+    """Open a new CSV file and yield a function that appends a table to it; ``null`` is written for unknown values.
 
-    All tables have the same columns; the first brings the header, even without rows.
+    All tables have the same columns; the first writes the header, even without rows.
     """
     with folder.writing(name) as file:
         heads = chain((True,), repeat(False))

@@ -1,12 +1,12 @@
-"""From a session's log to a trajectory in the building: the smoother, dead reckoning, heights, joint landmark surveys.
+"""From a session's log to a trajectory in the building: smoother, dead reckoning, heights, joint landmark surveys.
 
-In reading order: ``steps`` that no camera makes, ``map_moves`` of a rewritten map, the path without all that
-(``odometry``) and passes of landmarks (``observations``). With what the survey says (``landmark_priors``) and how
-trackers err (``tracker_errors``) they become the ``factors`` of one least-squares problem, which the ``smoother``
-solves; ``reweighting`` finds noise levels and robust weights. From the solution follow the states of all frames
-(``frame_states``) and wrong landmarks (``fault_detection``). ``vertical`` and ``heights`` find height and floor.
-``least_squares`` solves what either comes to.
-
-``dead_reckoning`` maps walks without a tracker, ``landmark_survey`` joins the landmarks of many walks, ``strategies``
-are all mapping strategies by name, and ``strategy`` is their protocol; ``settings`` has what all these assume.
+- Observations: ``steps`` finds steps that are not motion, ``map_moves`` rewrites of the tracker's map. ``odometry``
+  makes a continuous path, and ``observations`` condenses passes of landmarks.
+- Estimation: ``landmark_priors`` contains the survey, ``tracker_errors`` the noise model, ``factors`` the least-squares
+  problem that ``smoother`` solves. ``reweighting`` estimates noise levels and robust weights; ``least_squares``
+  contains the solvers.
+- Results: ``frame_states`` computes the states of all frames, ``fault_detection`` wrong landmarks, ``vertical`` and
+  ``heights`` height and floor.
+- ``dead_reckoning`` maps walks without a tracker, and ``landmark_survey`` joins the landmarks of many walks.
+- ``strategies`` contains all mapping strategies by name, ``strategy`` their protocol, and ``settings`` the settings.
 """

@@ -2,7 +2,7 @@
 the state and the residuals.
 
 =============== ============================= ======================================================
-factor          ties                          where
+factor          connects                      defined by
 =============== ============================= ======================================================
 start           the first state               :func:`start_precision`
 drift           neighbouring states           :attr:`LinearWalk.drift_factor`
@@ -36,9 +36,9 @@ from vislam2tag.estimation.tracker_errors import (
 )
 
 FREE_SCALE = 30.0
-"""Standard deviation of a scale that is not known at all."""
+"""Standard deviation of an unknown scale."""
 PINNED_M, PINNED_RAD = 1e-4, 1e-5
-"""The start of a map in its own frame: small beside what a pass shows, great beside what numbers lose."""
+"""Precision of the start of a map in its own frame: small compared with a pass, large compared with rounding."""
 KINDS = {
     DriftSource.POSITION: (DriftKind.POSITION,),
     DriftSource.HEADING: (DriftKind.HEADING,),
@@ -53,18 +53,18 @@ ROUGH_KINDS = {
     DriftSource.JUMP: (DriftKind.POSITION,),
     DriftSource.JUMP_TURN: (DriftKind.HEADING, DriftKind.SCALE),
 }
-"""Where the heading is not known even roughly, heading and scale drift alike: then the model is linear in both."""
+"""If the heading is not even roughly known, heading and scale drift alike, which makes the model linear in both."""
 LEAST_DRIFT = np.diag([1e-6, 1e-6, 1e-10, 1e-10])
-"""No stretch is exact: 1 mm and 0.01 mrad keep the equations regular."""
+"""Smallest drift of a stretch; 1 mm and 0.01 mrad keep the equations regular."""
 NEGLIGIBLE = 1e-6
-"""An eigenvalue below this share of the trace is none: its direction does not drift."""
+"""An eigenvalue below this share of the trace counts as zero: there is no drift in its direction."""
 
 
 @dataclass(frozen=True)
 class Model:
     """A walk linearised about ``path`` (n,), complex metres in the BCS; ``turn`` (n,) is ``bcs_R_continuous``.
 
-    ``rough``: the heading is not known even roughly, so that heading and scale are free and linear.
+    ``rough``: the heading is not even roughly known, so heading and scale are free and linear.
     """
 
     observations: WalkObservations
@@ -85,7 +85,7 @@ class Model:
 
     @property
     def _doubt(self) -> PathDriftSums:
-        """Where steps may have slipped to; which way that is in the building a rough model does not know yet."""
+        """Possible slips of steps; a rough model does not know their direction in the building."""
         doubt = self.observations.odometry.doubt
         if self.rough:
             return PathDriftSums.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
@@ -111,35 +111,35 @@ class Model:
 
     @cached_property
     def ranks(self) -> dict[DriftSource, IntArray]:
-        """Ranks (p + 1,) of :attr:`stretches`: in how many dimensions each source drifts."""
+        """Ranks (p + 1,) of :attr:`stretches`: the number of dimensions in which each source drifts."""
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
 
     @cached_property
     def centred(self) -> ComplexArray:
-        """(n,) the path about its middle, so that products of its coordinates keep their digits."""
+        """(n,) the path relative to its middle, so that products of its coordinates keep their digits."""
         return np.asarray(self.path - self.path.mean())
 
     @cached_property
     def reference_drift_sums(self) -> FloatArray:
-        """(n, 3) sums of the heading drift that the reference already has, times 1, x and y of the path."""
+        """(n, 3) sums of the heading drift that the reference already contains, times 1, x and y of the path."""
         step = np.diff(np.unwrap(np.angle(self.turn)))
         terms = np.stack((step, step * self.centred.real[1:], step * self.centred.imag[1:]), axis=1)
         return np.concatenate((np.zeros((1, 3)), np.cumsum(terms, axis=0)))
 
     def reference_drift(self, a: IntArray, b: IntArray) -> FloatArray:
-        """(k, 4) the drift from frames ``a`` to ``b`` that the reference already has."""
+        """(k, 4) the drift from frames ``a`` to ``b`` that the reference already contains."""
         total, sx, sy = (self.reference_drift_sums[b] - self.reference_drift_sums[a]).T
         x, y = self.centred[b].real * total - sx, self.centred[b].imag * total - sy
         return np.stack((-y, x, np.zeros_like(x), total), axis=1)
 
     @cached_property
     def stretch_reference_drift(self) -> FloatArray:
-        """(p + 1, 4) the drift between neighbouring nodes that the reference already has."""
+        """(p + 1, 4) the drift between neighbouring nodes that the reference already contains."""
         return self.reference_drift(self.observations.nodes[:-1], self.observations.nodes[1:])
 
     @cached_property
     def transition(self) -> FloatArray:
-        """(p + 1, 4, 4) matrices that lead from each node's state to the next one's without drift."""
+        """(p + 1, 4, 4) matrices from each node's state to the next one's without drift."""
         return transitions(self.path, self.observations.nodes[:-1], self.observations.nodes[1:])
 
     @cached_property
@@ -149,12 +149,12 @@ class Model:
 
     @cached_property
     def seen_at(self) -> ComplexArray:
-        """(p,) where the reference path puts the landmark of each pass, complex metres in the BCS."""
+        """(p,) place of each pass's landmark by the reference path, complex metres in the BCS."""
         return np.asarray(self.path[self.observations.passes.at] + self.offset)
 
     @cached_property
     def sighting_jacobian(self) -> FloatArray:
-        """(p, 2, 4) derivatives of where each pass puts its landmark with respect to the state there."""
+        """(p, 2, 4) derivatives of the landmark's place at each pass with respect to the state there."""
         jacobian = np.zeros((len(self.offset), 2, STATES))
         jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1
         jacobian[:, 0, 2], jacobian[:, 1, 2] = self.offset.real, self.offset.imag
@@ -169,19 +169,19 @@ class Model:
 
     @cached_property
     def first_headed(self) -> tuple[IntArray, IntArray]:
-        """Landmarks whose sheet's heading is logged (l,), and the first pass (l,) of each with a heading."""
+        """Landmarks with a logged sheet heading (l,), and the first pass (l,) of each with a heading."""
         headed = np.flatnonzero(self.headed)
         landmark, first = np.unique(self.observations.passes.landmark[headed], return_index=True)
         return landmark, headed[first]
 
     @cached_property
     def headed(self) -> BoolArray:
-        """(p,) passes whose sheet's heading is logged; none while the heading is not known roughly."""
+        """(p,) passes with a logged sheet heading; none while the heading is not roughly known."""
         return np.asarray((self.observations.passes.heading != 0) & (not self.rough))
 
     @cached_property
     def heading_rad(self) -> FloatArray:
-        """(p,) the sheets' headings in the BCS by the reference, rad; 0 where none is logged."""
+        """(p,) headings of the sheets in the BCS by the reference, rad; 0 if none is logged."""
         heading = self.observations.passes.heading * self.turn[self.observations.passes.at]
         return np.where(self.headed, np.angle(heading), 0.0)
 
@@ -195,10 +195,9 @@ def _ranks(covariance: FloatArray) -> IntArray:
 
 @dataclass(frozen=True)
 class VarianceFactors:
-    """Noise levels, and by which factor the variance of each observation exceeds them (Student's t).
+    """Noise levels, and factors on the variances of single observations (Student's t).
 
-    The larger its factor, the less an observation is trusted. ``stretch`` (p + 1,) for each source of drift,
-    ``sighting`` (p,), ``sheet`` (p,), ``landmark`` (m,).
+    The larger its factor, the smaller the weight of an observation. ``stretch`` (p + 1,) for each source of drift,
     """
 
     noise: NoiseLevels
@@ -207,27 +206,28 @@ class VarianceFactors:
     sheet: FloatArray
     landmark: FloatArray
     prior_noise: TrackerNoise | None = None
-    """How noisy the tracker is by other walks of its device; None: the usual noise is assumed."""
+    """Noise of the tracker from other walks of its device; None: the usual noise is assumed."""
 
     @classmethod
     def even(
         cls, noise: NoiseLevels, passes: int, landmarks: int, prior_noise: TrackerNoise | None = None
     ) -> VarianceFactors:
-        """Trust all observations alike: every factor is 1."""
+        """Give all observations the same weight: every factor is 1."""
         stretch = {source: np.ones(passes + 1) for source in DriftSource}
         return cls(noise, stretch, np.ones(passes), np.ones(passes), np.ones(landmarks), prior_noise)
 
     @property
     def stretch_scale(self) -> FloatArray:
-        """(s, p + 1) by how much the variance of each source's drift over each stretch exceeds that at unit level."""
+        """(s, p + 1) factor on the variance of each source's drift over each stretch, relative to unit level."""
         return np.stack([self.noise.level(source) ** 2 * self.stretch[source] for source in DriftSource])
 
 
 @dataclass(frozen=True)
 class DriftFactor:
-    """Ties each node to the next: ``x[k + 1] - transition[k] x[k] + reference_drift[k]`` is 0 within ``covariance[k]``.
+    """Connects each node to the next: ``x[k + 1] - transition[k] x[k] + reference_drift[k]`` is 0 within
+    ``covariance[k]``.
 
-    ``transition`` (p + 1, 4, 4); ``reference_drift`` (p + 1, 4), the drift that the reference path already has;
+    ``transition`` (p + 1, 4, 4); ``reference_drift`` (p + 1, 4), the drift that the reference path already contains;
     ``covariance`` (p + 1, 4, 4).
     """
 
@@ -247,10 +247,11 @@ class DriftFactor:
 
 @dataclass(frozen=True)
 class LandmarkFactor:
-    """Ties the state x at a pass to ``r`` unknowns of its landmark by ``residual - jacobian x + unknown``, expected 0.
+    """Connects the state x at a pass to ``r`` unknowns of its landmark by ``residual - jacobian x + unknown`` = 0.
 
-    ``residual`` (p, r) at the reference; ``jacobian`` (p, r, 4) with respect to the state; ``column`` (p, r) of the
-    unknowns in the border; ``precision`` (p,), inverse variance of each of the r numbers, 0 without an observation.
+    ``residual`` (p, r) is that at the reference, and ``jacobian`` (p, r, 4) its derivative by the state. ``column`` (p,
+    r) are those of the unknowns in the border. ``precision`` (p,) is the inverse variance of each of the r numbers, 0
+    without an observation.
     """
 
     residual: FloatArray
@@ -294,7 +295,7 @@ class LinearWalk:
 
     @cached_property
     def sightings(self) -> LandmarkFactor:
-        """Where each pass saw its landmark."""
+        """Observed place of each pass's landmark."""
         landmark = self.model.observations.passes.landmark
         miss = landmark_origin(self.model, self.priors)[landmark] - self.model.seen_at
         return LandmarkFactor(
@@ -306,7 +307,7 @@ class LinearWalk:
 
     @cached_property
     def sheet_headings(self) -> LandmarkFactor:
-        """How each pass saw its landmark's sheet turned, where that is logged."""
+        """Observed heading of each pass's sheet, if it is logged."""
         landmark, headed = self.model.observations.passes.landmark, self.model.headed
         miss = heading_origin(self.model, self.priors)[landmark] - self.model.heading_rad
         return LandmarkFactor(
@@ -366,7 +367,7 @@ def _add_landmark_factor(equations: NormalEquations, factor: LandmarkFactor) -> 
 
 
 def sighting_variance(model: Model, noise: NoiseLevels) -> FloatArray:
-    """Usual variances (p,) per axis of where a pass puts its landmark, m^2: they grow with distance and scatter."""
+    """Usual variances (p,) per axis of a landmark's place by a pass, m^2; they grow with distance and scatter."""
     passes = model.observations.passes
     aside_m2 = model.observations.odometry.aside_m2[passes.at]
     return noise.sighting_m**2 * (1 + passes.distance_m**2) / 2 + passes.spread_m**2 + aside_m2
@@ -383,7 +384,7 @@ def start_precision(model: Model, *, pinned: bool) -> FloatArray:
 
 
 def landmark_origin(model: Model, priors: LandmarkPriors) -> ComplexArray:
-    """(m,) complex positions that the landmarks' errors are counted from: surveyed, or where first seen."""
+    """(m,) complex positions from which the landmarks' errors are counted: surveyed, or of the first sighting."""
     landmark, first = model.first_seen
     seen = np.zeros(len(priors.position), dtype=np.complex128)
     seen[landmark] = model.seen_at[first]
@@ -391,7 +392,7 @@ def landmark_origin(model: Model, priors: LandmarkPriors) -> ComplexArray:
 
 
 def heading_origin(model: Model, priors: LandmarkPriors) -> FloatArray:
-    """(m,) headings that the sheets' errors are counted from, rad: surveyed, or by the reference where first logged."""
+    """(m,) headings from which the sheets' errors are counted, rad: surveyed, or of the first logged heading."""
     landmark, first = model.first_headed
     seen = np.zeros(len(priors.position))
     seen[landmark] = model.heading_rad[first]

@@ -1,10 +1,10 @@
-"""What a solved walk contradicts: landmarks that do not fit the rest, and slips of the tracker.
+"""Faults detected in a solved walk: landmarks that do not fit the others, and slips of the tracker.
 
-The smoother's heavy tails keep a landmark that is wrongly surveyed, moved, or hung up with another's id from bending
-the walk; here it is named. Each suspect in turn is taken for unsurveyed, so that the others alone say where it is.
+Heavy tails keep a landmark that is wrongly surveyed, moved, or has another's id from distorting the walk. Here it is
+identified: each suspect in turn is treated as unsurveyed, so that only the others determine its place.
 
-A slip is a stretch between passes over which the tracker led elsewhere than its usual drift explains. Unlike a break no
-step alone proves it; the landmarks before and after do.
+A slip is a stretch between passes with a larger deviation than the tracker's usual drift explains. Unlike a break it is
+not visible in a single step, but in the landmarks before and after.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from vislam2tag.estimation.smoother import SolvedWalk
 from vislam2tag.estimation.tracker_errors import DOUBTED, ESTIMATED
 
 CERTAIN_SIGMAS = 5.0
-"""A landmark contradicts the rest where they put it this many standard deviations from its surveyed place ..."""
+"""A landmark contradicts the others if they put it this many standard deviations from its surveyed place ..."""
 LEAST_M = 0.15
 """... and at least this far."""
 FEWEST_OTHERS = 2
-"""So many other surveyed landmarks must have been passed to say so."""
+"""Number of other surveyed landmarks that must have been passed."""
 UNUSUAL_SIGMAS = 4.0
-"""A slip led farther off than this many standard deviations of the stretch's usual drift ..."""
+"""A slip is larger than this many standard deviations of the stretch's usual drift ..."""
 LEAST_SLIP_M = 0.3
 """... and at least this far."""
 WORTH_ASKING_M = 0.15
-"""Less is made good by the drift of the stretch about as well as by knowing where it happened."""
+"""Smaller slips are corrected about as well by the drift of the stretch as by knowing their frame."""
 
 
 def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
-    """Name the landmarks that contradict all others, greatest contradiction first."""
+    """Return the landmarks that contradict all others, the greatest contradiction first."""
     passed = np.intersect1d(np.flatnonzero(smoothed.priors.surveyed), smoothed.model.observations.passes.landmark)
     if len(passed) <= FEWEST_OTHERS:
         return ()
@@ -46,7 +46,7 @@ def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
 
 
 def predicted(smoothed: SolvedWalk, landmark: int) -> SolvedWalk:
-    """Solve again with one landmark taken for unsurveyed, its best pass taken for a usual one."""
+    """Solve again with one landmark treated as unsurveyed, and with its best pass treated as a usual one."""
     own = smoothed.model.observations.passes.landmark == landmark
     sighting = smoothed.variance_factors.sighting.copy()
     sighting[own] /= sighting[own].min()
@@ -55,7 +55,7 @@ def predicted(smoothed: SolvedWalk, landmark: int) -> SolvedWalk:
 
 
 def discrepancy(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> tuple[FloatArray, FloatArray]:
-    """Offset (2,) from a landmark's surveyed place to where the trial puts it, metres, and its covariance (2, 2)."""
+    """Offset (2,) from a landmark's surveyed place to its place in the trial, metres, and its covariance (2, 2)."""
     priors = smoothed.priors
     offset = as_points(trial.landmark_position[landmark] - priors.position[landmark])
     return offset, trial.landmark_covariance()[landmark] + priors.covariance[landmark]
@@ -77,7 +77,7 @@ def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
 
 
 def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
-    """Report slips: how far off they led, how much they turned, and at which frame at the likeliest."""
+    """Report slips: size, turn, and the most likely frame."""
     observations, off = smoothed.model.observations, smoothed.drift_residual
     size = np.hypot(off[:, 0], off[:, 1])
     unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_SLIP_M) & ~_jumped(smoothed)
@@ -93,7 +93,7 @@ def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
 
 
 def may_have_slipped(smoothed: SolvedWalk) -> bool:
-    """Whether a stretch led far enough elsewhere for it to be worth asking other sensors where it slipped."""
+    """Whether the deviation of a stretch is large enough to ask other sensors for the frame of a slip."""
     off = smoothed.drift_residual
     return bool(((np.hypot(off[:, 0], off[:, 1]) > WORTH_ASKING_M) & ~_jumped(smoothed)).any())
 
@@ -106,6 +106,6 @@ def _jumped(smoothed: SolvedWalk) -> BoolArray:
 
 
 def _usual_drift_m(smoothed: SolvedWalk) -> FloatArray:
-    """(p + 1,) standard deviation per axis of where each stretch leads by the session's usual drift."""
+    """(p + 1,) standard deviation per axis at the end of each stretch by the session's usual drift."""
     covariance = sum(smoothed.noise.level(source) ** 2 * smoothed.model.stretches[source] for source in ESTIMATED)
     return np.asarray(np.sqrt(np.trace(np.asarray(covariance)[:, :2, :2], axis1=1, axis2=2) / 2))

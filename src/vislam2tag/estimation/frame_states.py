@@ -1,7 +1,7 @@
-"""States between nodes: what the two neighbouring nodes and the drift between them say of a frame.
+"""States of frames between nodes, from the two neighbouring nodes and the drift between them.
 
-A surveyed place that does not fit the walk may be wrong alone, or with all that was surveyed near it, where parts of a
-survey do not fit together. A walk cannot tell these apart, so that labels around it may be as far off as it is.
+A surveyed place that does not fit the walk may be the only wrong one, or a whole part of the survey may be wrong. A
+walk cannot distinguish these cases, so labels around such a place may have errors of the same size.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ from vislam2tag.estimation.least_squares import Solution
 from vislam2tag.estimation.tracker_errors import DOUBTED, DriftSource, transitions
 
 KNOT_S = 0.25
-"""States are computed this densely, at all nodes and at both ends of every jump, doubt and pause; linear between.
+"""Interval of the computed states, which are also at all nodes and at both ends of every jump, slip and pause; linear
+in between.
 
-A pause is a step that lasts longer: interpolation goes by frame, so that its start must be a knot, too.
+A pause is a step that lasts longer. Interpolation is by frame, so its start must also be a knot.
 """
 
 
 @dataclass(frozen=True)
 class FrameStates:
-    """States (k, 4) at some frames (k,) of the odometry, sorted, and what their covariances follow from.
+    """States (k, 4) at some frames (k,) of the odometry, sorted, and the parts of their covariances.
 
-    Each knot lies on a ``stretch`` (k,) between two nodes. Its state is ``rest`` (k, 4, 4) times the node's before it,
-    plus ``gain`` (k, 4, 4) times the one's after it; ``drift`` (k, 4, 4) leads from the node before to it, ``whole``
-    (p + 1, 4, 4) over each stretch.
+    Each knot is on a ``stretch`` (k,) between two nodes. Its state is ``rest`` (k, 4, 4) times that of the node before,
+    plus ``gain`` (k, 4, 4) times that of the node after. ``drift`` (k, 4, 4) is from the node before to the knot,
+    ``whole`` (p + 1, 4, 4) over each stretch.
     """
 
     at: IntArray
@@ -44,7 +45,7 @@ class FrameStates:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """(k, 4, 4) of :attr:`state`."""
+        """(k, 4, 4) covariance of :attr:`state`."""
         solution, stretch, gained = self.solution, self.stretch, self.gain.transpose(0, 2, 1)
         mixed = self.rest @ solution.next_covariance[stretch] @ gained
         return np.asarray(
@@ -104,8 +105,8 @@ def _drift_covariance(
 
 @dataclass(frozen=True)
 class ExposureInterpolation:
-    """For each of ``n`` frames which two frames were exposed just before and after its stamp: ``first`` (n,) and the
-    next one, and the ``share`` (n,) of the way between them, 0 to 1.
+    """For each of ``n`` frames the two frames exposed just before and after its stamp: ``first`` (n,) and the next one,
+    and the position between them as ``share`` (n,), 0 to 1.
     """
 
     first: IntArray
@@ -113,9 +114,9 @@ class ExposureInterpolation:
 
     @classmethod
     def of(cls, time_s: FloatArray, lag_s: float) -> ExposureInterpolation:
-        """Find them for stamps ``time_s`` (n,), increasing, n at least 2, each ``lag_s`` later than the exposure.
+        """Compute them for stamps ``time_s`` (n,), increasing, n at least 2, each ``lag_s`` later than the exposure.
 
-        Nothing is exposed after the last frame (of the first one, before it): there the pose stands still.
+        After the last exposure (and before the first) the pose is constant.
         """
         wanted = time_s + lag_s
         first = np.clip(np.searchsorted(time_s, wanted, side="right") - 1, 0, len(time_s) - 2)
@@ -123,7 +124,7 @@ class ExposureInterpolation:
         return cls(first, share.clip(0, 1))
 
     def blend(self, values: FloatArray) -> FloatArray:
-        """Interpolate values (n, ...) of the exposures; where any of them is not known (NaN), the frame's own stays."""
+        """Interpolate values (n, ...) of the exposures; if one of them is NaN, the frame keeps its own."""
         share = self.share.reshape(-1, *(1 for _ in values.shape[1:]))
         start = values[self.first]
         blended = start + share * (values[self.first + 1] - start)
@@ -139,13 +140,13 @@ class ExposureInterpolation:
 
 
 FEWEST_REFUSED = 2
-"""One pass alone may be a bad sighting."""
+"""A single pass may be a bad sighting."""
 
 
 def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
-    """Mean squares (n, 2, 2) of how far labels may lie beside what was surveyed around them, m^2.
+    """Mean squares (n, 2, 2) of possible label errors near places where the survey is inconsistent, m^2.
 
-    At a pass of a doubtful place what the walk misses it by, as far as that is unusual; linear between passes.
+    At a pass of a doubtful place it is the unusual part of the walk's misfit; linear between passes.
     """
     passes, priors, variance_factors = walk.model.observations.passes, walk.priors, walk.variance_factors
     sightings = walk.sightings
@@ -153,7 +154,7 @@ def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
     sighted = np.where(
         _refused(priors, variance_factors, passes.landmark)[passes.landmark], variance_factors.sighting, 0
     )
-    surveyed = passes.landmark < len(priors.landmarks.position)  # places of the camera are no survey
+    surveyed = passes.landmark < len(priors.landmarks.position)  # places of the camera are not surveyed
     unusual = 1 - DOUBTED / np.maximum(np.maximum(variance_factors.landmark[passes.landmark], sighted), DOUBTED)
     square = unusual[:, None, None] * miss[:, :, None] * miss[:, None, :]
     frames = np.arange(len(walk.model.path))
@@ -164,7 +165,7 @@ def beside_the_survey(walk: LinearWalk, solution: Solution) -> FloatArray:
 
 
 def _refused(priors: LandmarkPriors, variance_factors: VarianceFactors, landmark: IntArray) -> BoolArray:
-    """(m,) surveyed landmarks most of whose passes, of these landmarks (p,), are taken for bad."""
+    """(m,) surveyed landmarks with most of their passes, of these landmarks (p,), treated as bad."""
     count = np.bincount(landmark, minlength=len(priors.position))
     refused = np.bincount(landmark[variance_factors.sighting > DOUBTED], minlength=len(priors.position))
     return np.asarray(priors.surveyed & (refused >= FEWEST_REFUSED) & (2 * refused > count))

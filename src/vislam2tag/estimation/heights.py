@@ -1,7 +1,7 @@
-"""Height and floor of every frame: the tracker's vertical axis, tied to the building by the landmarks seen.
+"""Height and floor of every frame: the tracker's vertical axis, connected to the building by sighted landmarks.
 
-Unknown are the offset of the vertical axis at the moments at which landmarks are seen, each landmark's height and each
-floor's elevation where it was not measured. All measurements are linear in them; heavy tails take what is wrong
+The unknowns are the offset of the vertical axis at the times of sightings, each landmark's height and each floor's
+elevation, if it was not measured. All measurements are linear in them; heavy tails absorb wrong ones
 (docs/explanation/heights.md).
 """
 
@@ -29,13 +29,13 @@ from vislam2tag.estimation.vertical import (
 )
 
 UNDECIDED_M = 0.5
-"""This near the middle between two storeys the floor is the one before or after: who stands on a landing stays put."""
+"""Within this distance from the middle between two storeys the floor is that before or after, as on a landing."""
 
 
 def floor_of_heights(height_m: FloatArray, elevation_m: FloatArray, carried_m: float, start: int) -> IntArray:
-    """Index (f,) into the storeys of the one below the phone, ``carried_m`` above its floor, at each height (f,).
+    """Index (f,) of the storey below the phone, ``carried_m`` above its floor, at each height (f,).
 
-    ``elevation_m`` (s,) in any order. Near the middle between two storeys the floor changes once at most; ``start`` is
+    ``elevation_m`` (s,) in any order. Near the middle between two storeys the floor changes at most once; ``start`` is
     the storey before the first frame.
     """
     order = np.argsort(elevation_m, kind="stable")
@@ -53,7 +53,7 @@ def floor_of_heights(height_m: FloatArray, elevation_m: FloatArray, carried_m: f
 
 
 def _decided(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
-    """Decide each undecided run (-1) of ranks (f,): the neighbours' floor, or one change where the two differ."""
+    """Assign each undecided run (-1) of ranks (f,): the neighbours' floor, or one change if they differ."""
     decided = rank.copy()
     for start, stop in runs_of(rank < 0):
         earlier = int(rank[start - 1]) if start else before
@@ -66,51 +66,51 @@ def _decided(rank: IntArray, nearest: IntArray, before: int) -> IntArray:
 
 
 def _change(early: BoolArray) -> int:
-    """Index at which to change so that the fewest entries of the mask (k,) lie on the wrong side."""
+    """Index of the change for which the fewest entries of the mask (k,) are on the wrong side."""
     return int(np.argmax(np.concatenate(([0], np.cumsum(np.where(early, 1, -1))))))
 
 
 CARRIED_SIGMA_M = 0.5
-"""How well a landmark's height is known that nobody measured: it hangs where a phone in the hand sees it."""
+"""Standard deviation of the height of an unmeasured landmark, which hangs at the height of a phone in the hand."""
 START_SIGMA_M = 0.25
-"""A session starts on its own floor, phone in hand."""
+"""Standard deviation at the start: a session starts on its own floor, phone in hand."""
 STOREY_SIGMA_M = 1.0
-"""How well the usual height of a storey is known, where elevations are not."""
+"""Standard deviation of a storey's usual height, if elevations are unknown."""
 SIGHTING_SIGMA_M = 0.1
 SIGHTING_REACH_M = 2.5
 BLOCK_S = 1.0
-"""Sightings of a landmark within this time count once."""
+"""Sightings of a landmark within this time count as one."""
 PINNED_M = 1e-3
-"""What is known exactly is met within this: no height is stated better."""
+"""Tolerance of exactly known values; no height is given more precisely."""
 
 
 @dataclass(frozen=True)
 class Heights:
-    """Where ``n`` frames lie in the building: ``z_m`` (n,) camera above its zero, ``floor`` (n,) int.
+    """Heights of ``n`` frames in the building: ``z_m`` (n,) camera above its zero, ``floor`` (n,) int.
 
-    ``z_m`` is NaN at frames that are not usable and on floors whose elevation nobody knows; ``floor`` is empty where
-    the landmarks know of no storeys.
+    ``z_m`` is NaN at frames that are not usable and on floors of unknown elevation; ``floor`` is empty if the landmarks
+    have no storeys.
     """
 
     z_m: FloatArray
     floor: IntArray
     converged: bool = True
-    """Whether re-weighting ended because another round would change nothing that matters."""
+    """Whether re-weighting converged."""
 
 
 @dataclass(frozen=True)
 class _Marks:
-    """What shows a floor: the session's landmarks, then the floors that its walker stated, ``m`` in all."""
+    """Marks that show a floor: the session's landmarks, then the floors that its walker stated, ``m`` in all."""
 
     floor: IntArray
     """(m,) number."""
     z_m: FloatArray
-    """(m,) above the floor, metres; NaN where nobody measured it: about as high as a phone is carried."""
+    """(m,) above the floor, metres; NaN if not measured: about the height of a carried phone."""
 
 
 @dataclass(frozen=True)
 class _Sightings:
-    """What was seen of marks, one entry for each mark and block of time, in time order."""
+    """Sightings of marks, one entry for each mark and block of time, in time order."""
 
     landmark: IntArray
     """Index into the marks."""
@@ -129,12 +129,12 @@ def estimate_heights(
 ) -> Heights:
     """Find the height and floor of each frame of a session; linear in the number of frames.
 
-    ``odometry`` is the session's, where it is known already; a session without a step has none, and no heights.
+    ``odometry`` is that of the session, if already known; a session without a step has none, and no heights.
 
-    Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m``, ``camera.pressure``, ``camera.told_floors``.
-    A session starts on its own floor; a floor that its walker states is a mark as high as the phone. Where
-    several floors are possible and none has an elevation, floors follow from the landmarks' floors and the vertical
-    change between them.
+    Uses ``landmarks.storeys``, ``landmarks.floor``, ``landmarks.z_m``, ``camera.pressure``, ``camera.told_floors``. A
+    session starts on its own floor. A floor that its walker states is a mark at the height of the phone. If several
+    floors are possible and none has an elevation, floors follow from the landmarks' floors and the vertical change
+    between them.
     """
     settings = settings or HeightSettings()
     n, storeys = len(camera.time_ns), landmarks.storeys
@@ -162,9 +162,9 @@ def estimate_heights(
 
 
 def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
-    """How far a walk went up and down by all that shows it, jumps of the tracker apart; metres.
+    """Vertical range of a walk by all sensors, without jumps of the tracker, metres.
 
-    The hundredth of the time spent highest and lowest does not count.
+    The highest and the lowest hundredth of the time are ignored.
     """
     if camera.usable.sum() < FEWEST_FRAMES:
         return 0.0
@@ -181,14 +181,14 @@ def _track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> Vertica
 
 
 def _carried(height: FloatArray, elevation: FloatArray, settings: HeightSettings) -> float:
-    """Usual height of the phone above the floor, metres, of heights (f,) over floors with these elevations (s,)."""
+    """Usual height of the phone above the floor, metres, from heights (f,) over floors with these elevations (s,)."""
     above = height[:, None] - elevation
     nearest = np.abs(above - settings.carried_m).argmin(axis=1)
     return float(np.median(above[np.arange(len(above)), nearest]).clip(*settings.carried_range_m))
 
 
 def _carried_on(floor: IntArray, camera: CameraTrack) -> IntArray:
-    """Give frames that are not usable the floor (n,) of the usable one before."""
+    """Give unusable frames the floor (n,) of the usable frame before."""
     before = usable_rank(camera)
     frames = np.flatnonzero(camera.usable)
     carried: IntArray = floor[frames[before.clip(0)]]
@@ -196,7 +196,7 @@ def _carried_on(floor: IntArray, camera: CameraTrack) -> IntArray:
 
 
 def _index(storeys: Storeys, floor: IntArray) -> IntArray:
-    """Index (k,) among the storeys of floor numbers (k,); every landmark of a session lies on one of them."""
+    """Index (k,) among the storeys of floor numbers (k,); every landmark of a session is on one of them."""
     return np.searchsorted(storeys.number, floor).astype(np.int64)
 
 
@@ -226,7 +226,7 @@ def _sightings(
 
 
 def _stated_floors(camera: CameraTrack, storeys: Storeys) -> tuple[IntArray, IntArray]:
-    """Usable ranks (t,) at which the walker stated a floor, and its number (t,); the walk begins on its own."""
+    """Usable ranks (t,) at which the walker stated a floor, and its number (t,); the walk starts on its own floor."""
     stated = camera.told_floors
     if stated is None:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
@@ -250,7 +250,7 @@ def _in_blocks(landmark: IntArray, rank: IntArray, height: FloatArray, block: In
 def _with_rides(
     track: VerticalTrack, seen: _Sightings, marks: _Marks, storeys: Storeys, settings: HeightSettings
 ) -> tuple[VerticalTrack, FloatArray]:
-    """Add the rides that the tracker missed; also returns what they add (f,) to the track's height."""
+    """Add the rides that the tracker missed; also return the addition (f,) to the track's height."""
     storey = _index(storeys, marks.floor[seen.landmark])
     level = _usual_elevations(storeys, settings)[storey] + _usual_height(marks, settings)[seen.landmark]
     change = np.flatnonzero((np.diff(storey) != 0) & (np.diff(seen.rank) > 0))
@@ -260,12 +260,12 @@ def _with_rides(
 
 
 def _usual_height(marks: _Marks, settings: HeightSettings) -> FloatArray:
-    """Height (m,) of each mark above its floor, metres: as surveyed, else the usual one."""
+    """Height (m,) of each mark above its floor, metres: surveyed, or the usual one."""
     return np.where(np.isfinite(marks.z_m), marks.z_m, settings.carried_m)
 
 
 def _usual_elevations(storeys: Storeys, settings: HeightSettings) -> FloatArray:
-    """Elevation (s,) of each storey; those unknown are guessed from the nearest known one, the own floor's being 0."""
+    """Elevation (s,) of each storey; unknown ones are estimated from the nearest known one, or 0 for the own floor."""
     measured = np.isfinite(storeys.elevation_m)
     if not measured.any():
         return settings.storey_m * (storeys.number - storeys.own).astype(np.float64)
@@ -281,8 +281,8 @@ def _solve(
 ) -> tuple[FloatArray, FloatArray, bool]:
     """Height (f,) of the camera and elevation (s,) of each storey, metres, and whether re-weighting converged.
 
-    The unknowns are, in this order: the vertical axis's offset at the k moments at which something is seen, the heights
-    of the m marks seen, the s elevations.
+    The unknowns are, in this order: the offset of the vertical axis at the k times of sightings, the heights of the m
+    sighted marks, the s elevations.
     """
     knots, at = np.unique(np.concatenate(([0], seen.rank)), return_inverse=True)
     used, which = np.unique(seen.landmark, return_inverse=True)
@@ -308,7 +308,7 @@ def _solve(
 
 
 def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int, storey_m: float) -> list[Differences]:
-    """Pin known elevations (s,), metres; unknown ones follow the next floor's by the usual height of a storey."""
+    """Fix known elevations (s,), metres; unknown ones follow from the next floor's by the usual height of a storey."""
     measured = np.isfinite(storeys.elevation_m)
     pinned = np.flatnonzero(measured if measured.any() else storeys.number == storeys.own)
     none = np.full(len(pinned), -1, dtype=np.int64)
@@ -325,7 +325,7 @@ def heights_by_pressure(
 ) -> Heights:
     """Find height and floor at boot-clock times (n,) of a walk that starts on its own floor, phone in hand.
 
-    Only floors whose elevation is known are distinguished; without pressure the walk stays on its own.
+    Only floors of known elevation are distinguished; without pressure the walk stays on its own floor.
     """
     n = len(time_ns)
     if storeys is None:

@@ -1,4 +1,4 @@
-"""What is known of the landmarks that a session logged, in the order of its log."""
+"""Prior knowledge of the landmarks that a session logged, in the order of its log."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import as_complex
 
 FREE_M, FREE_RAD = 1e5, 10.0
-"""Standard deviations of what is not known at all."""
+"""Standard deviations of completely unknown values."""
 AROUND_M = 2.0
-"""Landmarks nearer to a place than this share their errors with it alike."""
+"""Landmarks within this distance of a place share their errors with it equally."""
 
 
 @dataclass(frozen=True)
 class PlacePriors:
-    """Places of the camera, ``k`` of them, that are off where ``m`` landmarks are, by ``share`` (2k, 2m) of x, y of
-    each, and by errors of their own with covariance ``own`` (2k, 2k), m^2.
+    """``k`` places of the camera with errors that follow those of ``m`` landmarks by ``share`` (2k, 2m) of x, y of
+    each, plus own errors with covariance ``own`` (2k, 2k), m^2.
     """
 
     share: FloatArray
     own: FloatArray
 
     def own_errors(self, count: int) -> FloatArray:
-        """(2m + 2k, 2m + 2k) that takes from x, y of all ``count`` errors what places share with landmarks."""
+        """(2m + 2k, 2m + 2k) matrix that removes from all ``count`` errors what places share with landmarks."""
         matrix = np.eye(2 * count)
         matrix[-len(self.own) :, : self.share.shape[1]] = -self.share
         return matrix
@@ -34,9 +34,9 @@ class PlacePriors:
 
 @dataclass(frozen=True)
 class LandmarkPriors:
-    """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN where not surveyed; ``covariance`` (m, 2, 2);
-    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN where not surveyed. ``joint`` (3m, 3m), of x, y of each and then
-    of all headings, where landmarks share errors: those that are surveyed by it, the other numbers mean nothing.
+    """``m`` landmarks: ``position`` (m,) complex, metres in the BCS, NaN if not surveyed; ``covariance`` (m, 2, 2);
+    ``heading_rad`` and ``heading_sigma_rad`` (m,), NaN if not surveyed. ``joint`` (3m, 3m), of x, y of each and then of
+    all headings, is given if landmarks share errors; only its rows of surveyed values are valid.
     """
 
     position: ComplexArray
@@ -45,11 +45,11 @@ class LandmarkPriors:
     heading_sigma_rad: FloatArray
     joint: FloatArray | None = None
     places: PlacePriors | None = None
-    """The last ones are no landmarks but places of the camera by other sessions; ``joint`` is without them."""
+    """If given, the last entries are places of the camera by other sessions; ``joint`` is without them."""
 
     @classmethod
     def of(cls, ids: tuple[str, ...], landmarks: Landmarks) -> LandmarkPriors:
-        """Look the ids of a log up; those that the landmarks do not have are not surveyed."""
+        """Look up the ids of a log; ids without a landmark are not surveyed."""
         priors = cls.nothing(len(ids))
         here = [i for i, name in enumerate(ids) if name in landmarks.surveyed_ids]
         rows = [landmarks.index[ids[i]] for i in here]
@@ -67,7 +67,7 @@ class LandmarkPriors:
 
     @classmethod
     def nothing(cls, count: int) -> LandmarkPriors:
-        """Landmarks of which none is surveyed."""
+        """Landmarks without any survey."""
         unknown = np.full(count, np.nan)
         return cls(unknown + 0j, np.full((count, 2, 2), np.nan), unknown.copy(), unknown.copy())
 
@@ -86,7 +86,8 @@ class LandmarkPriors:
         return np.asarray(np.isfinite(self.position))
 
     def shared_covariance(self, position: ComplexArray) -> FloatArray:
-        """(n, 2, 2) of what places (n,) on walks share with the landmarks around them (:func:`landmark_shares`)."""
+        """(n, 2, 2) covariance that places (n,) on walks share with the landmarks around them
+        (:func:`landmark_shares`)."""
         known = np.repeat(self.surveyed, 2)
         covariance = np.zeros((len(known), len(known)))
         if self.joint is None:
@@ -98,11 +99,11 @@ class LandmarkPriors:
         return np.asarray(share @ covariance[np.ix_(known, known)] @ share.transpose(0, 2, 1))
 
     def with_another(self) -> LandmarkPriors:
-        """One landmark more, the last, which is not surveyed."""
+        """Add a landmark, the last, which is not surveyed."""
         return self._with_more(np.array([np.nan + 0j]), np.full((1, 2, 2), np.nan))
 
     def _with_more(self, position: ComplexArray, covariance: FloatArray) -> LandmarkPriors:
-        """With further places (k,), of covariances (k, 2, 2) and unknown headings."""
+        """Add further places (k,), with covariances (k, 2, 2) and unknown headings."""
         unknown = np.full(len(position), np.nan)
         return replace(
             self,
@@ -113,16 +114,16 @@ class LandmarkPriors:
         )
 
     def with_places(self, position: ComplexArray, covariance: FloatArray) -> LandmarkPriors:
-        """With places (k,) of the camera after the landmarks, by other sessions; ``covariance`` (2k, 2k), m^2.
+        """Add places (k,) of the camera after the landmarks, by other sessions; ``covariance`` (2k, 2k), m^2.
 
-        The others were mapped past the same landmarks: where these are wrong, places between them are so, too.
+        The others were mapped with the same landmarks: if these are wrong, so are places between them.
         """
         each = np.arange(2 * len(position)).reshape(-1, 2)
         more = self._with_more(position, covariance[each[:, :, None], each[:, None, :]])
         return replace(more, places=PlacePriors(landmark_shares(self, position), covariance))
 
     def without(self, landmark: int) -> LandmarkPriors:
-        """Forget what is known of one landmark."""
+        """Remove the prior of one landmark."""
         one = np.arange(len(self.position)) == landmark
         return replace(
             self,
@@ -134,7 +135,7 @@ class LandmarkPriors:
 
 
 def landmark_shares(priors: LandmarkPriors, position: ComplexArray) -> FloatArray:
-    """(2n, 2m) by how much x and y of places (n,) on walks are off where x and y of the landmarks are.
+    """(2n, 2m) shares of the landmarks' errors in the errors of places (n,) on walks, for x and y.
 
     Places between landmarks follow those around them, by the inverse square of the distance.
     """
@@ -144,9 +145,9 @@ def landmark_shares(priors: LandmarkPriors, position: ComplexArray) -> FloatArra
 
 
 def survey_precisions(priors: LandmarkPriors, factor: FloatArray) -> list[FloatArray]:
-    """Precisions (3m, 3m), to be added up, of what survey and other sessions say of the landmarks' unknowns.
+    """Precisions (3m, 3m), to be added up, of the survey and other sessions on the landmarks' unknowns.
 
-    ``factor`` (m,) is that of each place's variance, :attr:`vislam2tag.estimation.factors.VarianceFactors.landmark`.
+    ``factor`` (m,) is on each place's variance, :attr:`vislam2tag.estimation.factors.VarianceFactors.landmark`.
     """
     if priors.places is not None:
         return _with_places(priors, priors.places, factor)
@@ -163,9 +164,9 @@ def survey_precisions(priors: LandmarkPriors, factor: FloatArray) -> list[FloatA
 
 
 def _with_places(priors: LandmarkPriors, places: PlacePriors, factor: FloatArray) -> list[FloatArray]:
-    """The survey of the landmarks, and what other sessions say of places that depend on these.
+    """The survey of the landmarks, and places by other sessions that depend on these.
 
-    A place is doubted for its own errors alone.
+    Only the own errors of a place are reweighted.
     """
     survey, marks = priors.landmarks, len(priors.position)
     count = len(survey.position)
@@ -181,9 +182,9 @@ def _with_places(priors: LandmarkPriors, places: PlacePriors, factor: FloatArray
 
 
 def _joint_precision(joint: FloatArray, priors: LandmarkPriors, factor: FloatArray) -> FloatArray:
-    """(3m, 3m) of a survey whose landmarks share errors (their covariance ``joint`` (3m, 3m)); nearly 0 elsewhere.
+    """(3m, 3m) precision of a survey with shared errors (covariance ``joint`` (3m, 3m)); nearly 0 elsewhere.
 
-    A landmark that is doubted is so with all that it shares.
+    A landmark is reweighted with all errors that it shares.
     """
     marks = len(priors.position)
     known = np.concatenate((np.repeat(priors.surveyed, 2), np.isfinite(priors.heading_rad)))

@@ -1,11 +1,11 @@
-"""The least squares of paths and of heights: on a chain with a border, and over differences of unknowns.
+"""Least squares for paths and for heights: on a chain with a border, and over differences of unknowns.
 
-The normal equations of ``k`` states in a row (4 unknowns each, every one tied to its neighbours only) and ``b`` further
-unknowns that any of them may be tied to are block tridiagonal with an arrow-shaped border. Eliminating the states one
-after the other and back (a Kalman smoother in information form) costs ``O(k b^2 + b^3)`` and gives every covariance
-that is needed (:func:`solve`).
+The normal equations have ``k`` states in a row (4 unknowns each, connected only to their neighbours) and ``b`` further
+unknowns that may be connected to any of them. They are block tridiagonal with an arrow-shaped border. Eliminating the
+states one by one and back (a Kalman smoother in information form) costs ``O(k b^2 + b^3)`` and gives every needed
+covariance (:func:`solve`).
 
-Differences of unknowns, of which some may be quite wrong, have heavy tails (:func:`solve_robustly`).
+Differences of unknowns with some outliers have heavy tails (:func:`solve_robustly`).
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Solution:
 
 
 def solve(equations: NormalEquations) -> Solution:
-    """Solve positive definite normal equations; raises numpy.linalg.LinAlgError where they are singular."""
+    """Solve positive definite normal equations; raises numpy.linalg.LinAlgError if they are singular."""
     count = len(equations.diagonal)
     inverse, gain, columns = _eliminate(equations)
     covariance = np.empty_like(equations.diagonal)
@@ -69,11 +69,11 @@ def solve(equations: NormalEquations) -> Solution:
 
 
 def most_probable(equations: NormalEquations) -> tuple[FloatArray, float]:
-    """States (k, n) of a chain without a border, and the logarithm of the equations' determinant: no covariances.
+    """States (k, n) of a chain without a border, and the logarithm of the equations' determinant, no covariances.
 
-    By a banded Cholesky factor: some ten times quicker than :func:`solve`.
+    Uses a banded Cholesky factor, about ten times faster than :func:`solve`.
     """
-    from scipy.linalg import cho_solve_banded, cholesky_banded  # which most sessions do without
+    from scipy.linalg import cho_solve_banded, cholesky_banded  # not needed for most sessions
 
     factor = cholesky_banded(_banded(equations), overwrite_ab=True, check_finite=False)
     state = cho_solve_banded((factor, False), equations.right.ravel(), check_finite=False)
@@ -128,11 +128,11 @@ def _with_border(
 
 
 WIDENED = Caution(4.0, 0.88)
-"""The tails are wider at first, so that the first guess does not decide what is wrong."""
+"""Wider tails at first, so that the first guess does not decide what is an outlier."""
 SETTLED_M = 0.001
-"""Re-weighting has converged when no unknown moves any more by this."""
+"""Re-weighting has converged when no unknown moves by more than this."""
 MOST_ROUNDS = 200
-"""Far more than any takes that converges: a limit, not a number of rounds."""
+"""Iteration limit, far above the usual number."""
 FREEDOM = 4.0
 """Degrees of freedom of Student's t."""
 
@@ -152,11 +152,11 @@ class Differences:
 
 
 def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> IterationResult[FloatArray]:
-    """Find all unknowns (u,), metres, by re-weighted least squares from a first guess; the tails narrow at first.
+    """Find all unknowns (u,), metres, by re-weighted least squares from a first guess, with wider tails at first.
 
-    The measurements must leave no unknown free. Sparse: cost grows linearly where each unknown has few neighbours.
+    The measurements must determine all unknowns. The cost is linear if each unknown has few neighbours.
     """
-    # Only walks through buildings whose heights matter come here; the others need not wait for these to load.
+    # Imported here, because only walks through buildings with several heights need them.
     from scipy.sparse import diags_array
     from scipy.sparse.linalg import spsolve
 

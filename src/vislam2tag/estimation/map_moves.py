@@ -1,4 +1,4 @@
-"""When landmarks were seen, and when they moved because the tracker rewrote its map: nobody was looking at them."""
+"""Sightings of landmarks, and their movements out of view when the tracker rewrote its map."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from vislam2tag.core.transforms import as_complex
 from vislam2tag.core.visits import usable_rank
 
 MOVED_M = 1e-6
-"""A landmark whose logged position changed by more than this was seen, or moved with the map."""
+"""A landmark with a larger change of its logged position was seen, or moved with the map."""
 IN_VIEW_M = 4.0
-"""A landmark that moved farther away than this from the camera was not seen: the tracker rewrote its map."""
+"""A landmark that moved at a larger distance from the camera was not seen: the tracker rewrote its map."""
 LEVER_M = 1.0
-"""A sheet's logged heading counts as much as a landmark's position at this distance, for the turn of an update."""
+"""A sheet's logged heading has the weight of a landmark's position at this distance, for the turn of an update."""
 
 
 @dataclass(frozen=True)
 class MapMoves:
-    """What the landmarks and anchors say about each of the n - 1 steps.
+    """Evidence of landmarks and anchors about each of the n - 1 steps.
 
-    ``moved``: some did that nobody looked at; ``sighted``: one was seen; ``turn`` (complex, unit), ``centre_before``
-    and ``centre_after``: the rigid motion that fits best; ``misfit_m``: root mean square distance from it;
-    ``points``: number of landmarks and anchors that it was fitted to.
+    ``moved``: some moved out of view; ``sighted``: one was seen; ``turn`` (complex, unit), ``centre_before`` and
+    ``centre_after``: the rigid motion that fits best; ``misfit_m``: root mean square distance from it; ``points``:
+    number of landmarks and anchors in the fit.
     """
 
     moved: BoolArray
@@ -43,20 +43,20 @@ class MapMoves:
 
 @dataclass(frozen=True)
 class _Points:
-    """Poses of what the map holds, ``k`` rows sorted by point and frame: landmarks that are not lost, then anchors."""
+    """Poses in the map, ``k`` rows sorted by point and frame: landmarks that are not lost, then anchors."""
 
     point: IntArray
     frame: IntArray
     plane: ComplexArray
     heading: ComplexArray
     seen: BoolArray | None
-    """Rows in which the point was seen, by the tracker's word."""
+    """Rows in which the point was seen according to the tracker."""
 
 
 def map_moves(camera: CameraTrack, log: LandmarkLog, suspicious: BoolArray) -> MapMoves:
-    """See which landmarks and anchors moved in each step, and fit the rigid motion that they made together.
+    """Find landmarks and anchors that moved in each step, and fit their common rigid motion.
 
-    A rewritten map moves several points out of view, or all there are in a step that is ``suspicious`` (n - 1,).
+    A rewritten map moves several points out of view, or all of them in a step that is ``suspicious`` (n - 1,).
     """
     count = len(suspicious)
     points = _points(camera, log)
@@ -78,10 +78,10 @@ def map_moves(camera: CameraTrack, log: LandmarkLog, suspicious: BoolArray) -> M
 
 
 def seen_rows(log: LandmarkLog, rewritten: BoolArray) -> IntArray:
-    """Rows (r,) in which a landmark was seen at that moment, by the tracker's word where the log has it.
+    """Rows (r,) in which a landmark was seen at that moment, according to the tracker if the log contains it.
 
-    Otherwise a landmark's first row, and those whose place has just changed in the plane though the tracker did not
-    rewrite its map: ``rewritten`` (k,) tells of each row whether it did so at that frame. What is held unseen stays.
+    Otherwise these are a landmark's first row, and rows with a change of its place in the plane without a rewrite of
+    the map. ``rewritten`` (k,) is whether there was a rewrite at the frame of each row. Unseen landmarks do not move.
     """
     if log.seen is not None:
         return np.flatnonzero(log.seen & ~log.lost)
@@ -110,7 +110,7 @@ def _points(camera: CameraTrack, log: LandmarkLog) -> _Points:
 
 
 def _successive_rows(points: _Points) -> tuple[IntArray, IntArray]:
-    """Rows (k,), each with the next one of the same point."""
+    """Rows (k,), each with the next row of the same point."""
     rows = np.flatnonzero(points.point[1:] == points.point[:-1])
     return rows, rows + 1
 
@@ -138,7 +138,7 @@ def _fit(
 
 
 def orientation_is_estimated(log: LandmarkLog) -> bool:
-    """Whether logged orientations say anything: some logs hold a constant for sheets that hang or move otherwise."""
+    """Whether logged orientations are meaningful: some logs contain a constant if sheets are not on walls."""
     held = np.flatnonzero(~log.lost)
     first = held[:1]
     if (log.orientation_acs[held[-1:]] != log.orientation_acs[first]).any():
@@ -148,17 +148,17 @@ def orientation_is_estimated(log: LandmarkLog) -> bool:
 
 
 def sheet_heading(orientation_acs: FloatArray) -> ComplexArray:
-    """Horizontal direction (k,) of the logged sheets' X axis in the ACS plane, complex and as long as it is level."""
+    """Horizontal direction (k,) of the logged sheets' X axis in the ACS plane, complex, shorter if it is not level."""
     x, y, z, w = orientation_acs.T
     return np.asarray(1 - 2 * (y * y + z * z) - 2j * (x * z - y * w))
 
 
 def group_sums(group: IntArray, values: ComplexArray, count: int) -> ComplexArray:
-    """Sums (count,) of complex values (k,) by the number (k,) of the group that each belongs to."""
+    """Sums (count,) of complex values (k,) by the number (k,) of their group."""
     return np.asarray(np.bincount(group, values.real, count) + 1j * np.bincount(group, values.imag, count))
 
 
 def _unit(values: ComplexArray) -> ComplexArray:
-    """Complex numbers (n,) of length one in the same directions; 1 where there is none."""
+    """Complex numbers (n,) of length one in the same directions; 1 if there is none."""
     length = np.abs(values)
     return np.asarray(np.where(length > 0, values / np.maximum(length, 1e-300), 1.0))

@@ -1,7 +1,7 @@
-"""A session reduced to what mapping needs of it: a continuous path and passes of landmarks.
+"""A session reduced to the input of the mapping: a continuous path and passes of landmarks.
 
-A pass is what the tracker saw of a sheet while the camera went by, condensed to one observation: hundreds of
-neighbouring frames share their error. Only those rows count in which the sheet was seen at that moment, near enough.
+A pass contains the sightings of a sheet while the camera went by, condensed to one observation, because hundreds of
+neighbouring frames share their error. Only rows count in which the sheet was seen at that moment, close enough.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 from vislam2tag.estimation.tracker_errors import DriftSource
 
 PAUSE_S = 2.0
-"""A landmark not seen for longer than this is passed again."""
+"""A landmark that is not seen for longer than this is passed again."""
 NEAR_M = 0.5
-"""Sightings count the more the nearer, but nearer than this no more."""
+"""Closer sightings have larger weights, up to this distance."""
 LEVEL = 0.5
-"""A sheet whose X axis is shorter than this in the plane lies flat: it has no heading."""
+"""A sheet whose X axis is shorter than this in the plane lies flat and has no heading."""
 
 
 @dataclass(frozen=True)
 class Passes:
     """``p`` passes sorted by step index; positions relative to the camera, in the continuous frame.
 
-    ``at`` (p,) index into the odometry's frames of the nearest approach; ``landmark`` (p,) index into the log's ids;
-    ``offset`` (p,) complex, metres, from the camera then to the landmark; ``heading`` (p,) complex, unit, the sheet's
-    X axis (0 where none is logged); ``distance_m`` (p,) of the nearest approach; ``spread_m`` (p,) root mean square
-    scatter per axis of the sightings; ``count`` (p,) sightings.
+    ``at`` (p,) is the index into the odometry's frames of the closest approach; ``landmark`` (p,) the index into the
+    log's ids. ``offset`` (p,) complex, metres, is from the camera then to the landmark; ``heading`` (p,) complex, unit,
+    the sheet's X axis (0 if none is logged). ``distance_m`` (p,) is that of the closest approach; ``spread_m`` (p,) the
+    root mean square scatter of the sightings per axis; ``count`` (p,) their number.
     """
 
     at: IntArray
@@ -59,7 +59,7 @@ class Passes:
 def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range_m: float) -> Passes:
     """Condense the sightings within ``range_m`` (horizontal, metres) to passes.
 
-    Where the tracker jumps amid a pass, only the sightings on the nearest one's side of the jump count.
+    If the tracker jumps during a pass, only sightings on the side of the closest approach count.
     """
     frame = np.full(len(camera.time_ns), -1, dtype=np.int64)
     frame[odometry.frame] = np.arange(len(odometry.frame))
@@ -89,7 +89,7 @@ def find_passes(camera: CameraTrack, log: LandmarkLog, odometry: Odometry, range
 def _sightings_within(
     range_m: float, camera: CameraTrack, log: LandmarkLog, rewritten: BoolArray
 ) -> tuple[IntArray, ComplexArray, FloatArray]:
-    """Rows (r,) of a log that count; where each saw its landmark from the camera, complex metres; and how far away."""
+    """Valid rows (r,) of a log, the landmark's offset from the camera in each, complex metres, and its distance."""
     rows = seen_rows(log, rewritten)
     away = as_complex(log.plane_acs[rows]) - as_complex(camera.plane_acs[log.frame[rows]])
     distance = np.abs(away)
@@ -100,7 +100,7 @@ def _sightings_within(
 def _mean_heading(
     log: LandmarkLog, rows: IntArray, turn: ComplexArray, weight: FloatArray, group: IntArray, count: int
 ) -> ComplexArray:
-    """X axes (p,) of the sheets, complex, unit; 0 for sheets that lie flat or whose orientation is not estimated."""
+    """X axes (p,) of the sheets, complex, unit; 0 for flat sheets and orientations that are not estimated."""
     heading = _mean(turn * sheet_heading(log.orientation_acs[rows]), weight, group, count)
     heading *= orientation_is_estimated(log)
     return np.where(np.abs(heading) > LEVEL, heading / np.maximum(np.abs(heading), LEVEL), 0)
@@ -119,24 +119,24 @@ def _mean(values: ComplexArray, weight: FloatArray, group: IntArray, count: int)
 
 
 METRES_PER_RAD = 4.0
-"""Turning by a radian lets the heading drift as much as walking this far: images blur, and what was in view leaves."""
+"""A turn of one radian adds as much heading drift as walking this far, because images blur and the view changes."""
 METRES_PER_S = 0.02
-"""Standing lets everything drift as much as walking this fast."""
+"""Standing adds as much drift as walking this fast."""
 FEWEST_FRAMES = 2
-"""A walk has a step at least."""
+"""A walk has at least one step."""
 GREATEST_TURN_RAD = 0.3
-"""Turns count up to this in a step: beyond, the logged orientation is not to be believed."""
+"""Turns in a step count up to this; larger logged ones are implausible."""
 
 
 @dataclass(frozen=True)
 class WalkObservations:
-    """A session's odometry, its passes and the ids that the passes' landmark indices mean."""
+    """A session's odometry, its passes, and the ids of the passes' landmark indices."""
 
     ids: tuple[str, ...]
     odometry: Odometry
     passes: Passes
     passes_left_out: int = 0
-    """Passes beyond those that can be solved for."""
+    """Number of passes that were dropped, because there are more than can be solved for."""
 
     @classmethod
     def of(
@@ -149,16 +149,16 @@ class WalkObservations:
     ) -> WalkObservations:
         """Reduce a session with two or more usable frames; sightings count within ``range_m`` (metres).
 
-        The odometry is the tracker's where none is given. ``surveyed`` landmarks count most where there are more than
-        can be solved for.
+        The odometry is the tracker's if none is given. If there are more landmarks than can be solved for, ``surveyed``
+        ones have priority.
         """
         odometry = continuous_odometry(camera, log) if odometry is None else odometry
         return cls(log.ids, odometry, find_passes(camera, log, odometry, range_m)).within_limits(surveyed)
 
     def within_limits(self, surveyed: Collection[str]) -> WalkObservations:
-        """The same with no more passes and landmarks than can be solved for.
+        """Return the observations with no more passes and landmarks than can be solved for.
 
-        A landmark that is not surveyed and was passed once says nothing of the walk, so it goes first; then passes go,
+        Unsurveyed landmarks that were passed once are removed first, because they do not affect the walk; then passes,
         evenly over the walk.
         """
         if self._solvable():
@@ -172,14 +172,14 @@ class WalkObservations:
         return less._with_passes(np.linspace(0, len(less.passes.at) - 1, most).astype(np.int64))
 
     def first(self, most: int) -> WalkObservations:
-        """The same with the first passes only."""
+        """Return the observations with the first passes only."""
         if len(self.passes.at) <= most:
             return self
         left_out = self.passes_left_out + len(self.passes.at) - most
         return WalkObservations(self.ids, self.odometry, self.passes.select(np.arange(most)), left_out)
 
     def with_places(self, at: IntArray) -> WalkObservations:
-        """The same with a pass at each of some frames (k,) of a landmark of its own, at the camera."""
+        """Add a pass at each of some frames (k,), of a new landmark at the camera."""
         count = len(at)
         zeros, nowhere = np.zeros(count), np.zeros(count, dtype=np.complex128)
         own = len(self.ids) + np.arange(count)
@@ -190,7 +190,7 @@ class WalkObservations:
         return len(self.passes.at) * len(self.ids) ** 2 <= MAX_SOLVER_BLOCKS
 
     def _with_passes(self, rows: IntArray) -> WalkObservations:
-        """The same with some of the passes, and the landmarks that they are of."""
+        """Select some of the passes, and their landmarks."""
         passes = self.passes.select(rows)
         kept, landmark = np.unique(passes.landmark, return_inverse=True)
         ids = tuple(self.ids[i] for i in kept.tolist())
@@ -199,12 +199,12 @@ class WalkObservations:
 
     @cached_property
     def nodes(self) -> IntArray:
-        """(p + 2,) frames at which the state is solved for: the first one, one a pass, the last one."""
+        """(p + 2,) frames of the solved states: the first one, one for each pass, the last one."""
         return np.concatenate(([0], self.passes.at, [len(self.odometry.path) - 1])).astype(np.int64)
 
     @cached_property
     def step_variance(self) -> dict[DriftSource, FloatArray]:
-        """For each source but doubts the variances (n - 1,) of the steps: at unit level, or as given with each jump."""
+        """For each source except slips the variances (n - 1,) of the steps: at unit level, or as given with a jump."""
         odometry = self.odometry
         way = odometry.step_length_m + METRES_PER_S * np.diff(odometry.time_s)
         turning = METRES_PER_RAD * np.minimum(odometry.turned_rad, GREATEST_TURN_RAD)

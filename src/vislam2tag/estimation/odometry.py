@@ -1,11 +1,11 @@
-"""The tracker's path made continuous: steps that are no motion are taken out and reported.
+"""The tracker's path made continuous: steps that are not motion are removed and reported.
 
-ARCore promises nothing about the frame in which it reports poses: it may be another one at each frame. A step that is
-no motion shows itself: it does not fit the steps about it, or landmarks that nobody looks at move. Where camera and
-landmarks move alike the step is measured relative to the landmarks, which loses nothing; otherwise the step is
-replaced by what its neighbours predict, and is free to differ from it.
+ARCore does not guarantee the frame in which it reports poses: it may change at each frame. A step that is not motion
+can be detected: it does not fit the steps around it, or landmarks move that are out of view. If camera and landmarks
+move alike, the step is measured relative to the landmarks without loss. Otherwise the step is replaced by the
+prediction of its neighbours, with a variance.
 
-The **continuous frame** equals the ACS at the first usable frame; it is never rewritten, it only drifts.
+The **continuous frame** equals the ACS at the first usable frame; it is never rewritten and only drifts.
 """
 
 from __future__ import annotations
@@ -38,30 +38,30 @@ from vislam2tag.estimation.steps import (
 )
 
 SUSPICIOUS = 5.0
-"""A step that misses its prediction by more than this many standard deviations may have slipped by the excess."""
+"""A step that misses its prediction by more standard deviations than this may have slipped by the excess."""
 JUMP_SHARE = 0.1
-"""Where a jump led is known within this share of its size, of a metre at most."""
+"""Uncertainty of a jump's target, as a share of its size, of at most a metre."""
 TURN_SIGMA_RAD = 0.03
-"""How well the landmarks tell the turn of a jump."""
+"""Standard deviation of the turn of a jump from landmarks."""
 UNKNOWN_TURN_RAD = 0.1
-"""The turn of a jump of which no landmark tells."""
+"""Standard deviation of the turn of a jump without landmarks."""
 HOLE_S = 2.0
-"""A longer time without any frame is a loss: nobody knows whether the tracker went on."""
+"""A longer time without any frame counts as a loss, because tracking may have stopped."""
 UNDONE = 0.3
 """A jump that brings the camera back to within this share of an earlier one undoes it."""
 LEAST_UPDATE_M = 0.005
-"""Smaller map updates are not worth reporting."""
+"""Smaller map updates are not reported."""
 
 
 @dataclass(frozen=True)
 class Odometry:
     """The camera's path in the continuous frame, ``n`` usable frames.
 
-    ``frame`` (n,) indices into the camera track; ``time_s`` (n,) from the first; ``path`` (n,) complex, metres;
-    ``turn`` (n,) complex, unit: ``continuous_R_acs`` of each frame. For the n - 1 steps: ``step_length_m``,
-    ``turned_rad`` (camera, about the vertical), ``jump_m2`` and ``jump_rad2``: variances per axis, beyond the usual
-    drift, of steps that are not trusted. ``doubt`` (n - 1,) complex, metres, continuous frame: which way and by
-    how much steps that are taken for motion exceed plausible ones; they may have slipped along it.
+    ``frame`` (n,) are indices into the camera track; ``time_s`` (n,) is from the first; ``path`` (n,) complex, metres;
+    ``turn`` (n,) complex, unit, is ``continuous_R_acs`` of each frame. For the n - 1 steps: ``step_length_m``,
+    ``turned_rad`` (camera, about the vertical), and ``jump_m2`` and ``jump_rad2``, the variances per axis beyond the
+    usual drift, of unreliable steps. ``doubt`` (n - 1,) complex, metres, continuous frame, is the excess of steps over
+    plausible ones; they may have slipped along it.
     """
 
     frame: IntArray
@@ -74,13 +74,13 @@ class Odometry:
     jump_rad2: FloatArray
     doubt: ComplexArray
     rewritten: BoolArray
-    """(n,) frames at which the tracker rewrote its map: a landmark that moved then was not seen then."""
+    """(n,) frames at which the tracker rewrote its map; a landmark that moved then was not seen."""
     aside_m2: FloatArray
-    """(n,) variances per axis of where the camera was amid an excursion, beyond what its neighbours leave open."""
+    """(n,) additional variances per axis of the camera's place during an excursion."""
     jumped: BoolArray
-    """(n - 1,) steps over which nothing connects: breaks, corrections, losses."""
+    """(n - 1,) unconnected steps: breaks, corrections, losses."""
     blind: BoolArray
-    """(n - 1,) steps into, in and out of a loss of tracking, and those without any frame for long."""
+    """(n - 1,) steps into, in and out of a tracking loss, and long ones without any frame."""
     events: tuple[TrackerEvent, ...]
 
 
@@ -92,7 +92,7 @@ class _Steps:
     dt: FloatArray
     twist: FloatArray
     expected: ComplexArray
-    """What the neighbours predict; ``expected_before`` and ``expected_after``: those on one side alone."""
+    """Prediction of the neighbours; ``expected_before`` and ``expected_after`` are from one side only."""
     expected_before: ComplexArray
     expected_after: ComplexArray
     spread_m: FloatArray
@@ -105,14 +105,14 @@ class _Steps:
 
     @property
     def excess(self) -> ComplexArray:
-        """How each step (n - 1,) misses its prediction, but for what is usual: complex metres in the ACS plane."""
+        """Excess (n - 1,) of each step over its prediction beyond the usual one, complex metres in the ACS plane."""
         share = 1 - SUSPICIOUS * self.spread_m / np.maximum(self.miss_m, SUSPICIOUS * self.spread_m)
         return np.asarray((self.moved - self.expected) * share)
 
 
 @dataclass(frozen=True)
 class _Outages:
-    """When nothing was tracked: frames (n,) that are ``lost`` or ``frozen``, and steps (n - 1,) without any frame."""
+    """Outages: frames (n,) that are ``lost`` or ``frozen``, and steps (n - 1,) without any frame."""
 
     lost: BoolArray
     frozen: BoolArray
@@ -130,7 +130,7 @@ class _Outages:
 
     @property
     def spans(self) -> list[tuple[int, int]]:
-        """Steps from the frame before each run of lost or frozen frames to the one after it; each hole on its own."""
+        """Steps from the frame before each run of lost or frozen frames to the one after it; each gap on its own."""
         steps = len(self.hole)
         ends = [(max(first - 1, 0), min(after, steps)) for first, after in runs_of(self.lost | self.frozen)]
         rest = [(start + a, start + b) for start, stop in ends for a, b in runs_of(~self.hole[start:stop])]
@@ -139,7 +139,7 @@ class _Outages:
 
 @dataclass(frozen=True)
 class _Verdict:
-    """What each step (n - 1,) is (a frozen camera's is none of these); ``turned`` rad is the map's turn.
+    """Kind of each step (n - 1,), none for those of a frozen camera; ``turned`` rad is the map's turn.
 
     ``with_map`` is the step relative to the landmarks, complex metres in the ACS plane after it.
     """
@@ -158,7 +158,7 @@ class _Verdict:
 
 @dataclass(frozen=True)
 class _Way:
-    """The steps (n - 1,) in the continuous frame, complex metres; what they leave open is as in :class:`Odometry`."""
+    """The steps (n - 1,) in the continuous frame, complex metres, with variances as in :class:`Odometry`."""
 
     step: ComplexArray
     jump_m2: FloatArray
@@ -166,12 +166,12 @@ class _Way:
     aside_m2: FloatArray
 
     def copy(self) -> _Way:
-        """The same, to be changed."""
+        """Return a copy for changes."""
         return _Way(self.step.copy(), self.jump_m2.copy(), self.jump_rad2.copy(), self.aside_m2.copy())
 
 
 def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
-    """Take the steps that are no motion out of a camera track with two or more usable frames."""
+    """Remove the steps that are not motion from a camera track with two or more usable frames."""
     frame = np.flatnonzero(camera.usable)
     time_s = (camera.time_ns[frame] - camera.time_ns[frame[0]]) * 1e-9
     raw = as_complex(camera.plane_acs[frame])
@@ -218,9 +218,9 @@ def _twist(orientation_acs: FloatArray) -> FloatArray:
 
 
 def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolArray) -> _Verdict:
-    """Tell map updates and jumps (n - 1,) from motion; a frozen camera's steps are no motion anyhow."""
+    """Separate map updates and jumps (n - 1,) from motion; steps of a frozen camera are never motion."""
     miss = np.where(frozen, np.abs(steps.moved), steps.miss_m)
-    # A map that turned has turned the steps after it, too.
+    # A map that turned has also turned the steps after it.
     likely = np.stack((moves.turn * steps.expected, moves.turn * steps.expected_before, steps.expected_after))
     miss_with_map = np.abs(with_map - np.where(frozen, 0, likely)).min(axis=0)
     limit = np.where(frozen, walkable_m(frozen, steps.dt), IMPOSSIBLE * steps.spread_m)
@@ -231,16 +231,16 @@ def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolA
 
 
 def _turn_observed(moves: MapMoves) -> BoolArray:
-    """Steps (n - 1,) of whose turn two or more landmarks tell."""
+    """Steps (n - 1,) with a turn that two or more landmarks show."""
     return np.asarray(moves.moved & (moves.points > 1))
 
 
 def _without_jumps(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> _Way:
-    """Replace jumps by what their neighbours predict, and take map updates relative to the landmarks."""
+    """Replace jumps by the prediction of their neighbours, and measure map updates relative to the landmarks."""
     turn = verdict.frame_turn
     step = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
     led = (2 * steps.spread_m) ** 2 + (JUMP_SHARE * np.minimum(steps.miss_m, 1.0)) ** 2
-    # A camera that turned in no time may have been turned with its map, or not.
+    # A camera that turned instantly may have been turned with its map, or not.
     camera_turn = steps.twist - predicted(steps.twist, steps.dt)
     jump_turn = np.where(_turn_observed(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
     uneven = np.minimum(moves.misfit_m / 1.0, TURN_SIGMA_RAD)
@@ -253,7 +253,7 @@ def _without_jumps(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> _Way:
 
 
 def _with_excursions_undone(way: _Way, steps: _Steps, verdict: _Verdict, alone: BoolArray, outages: _Outages) -> _Way:
-    """Lead where the log is afterwards while the camera jumps ``alone`` (n - 1,) away and back."""
+    """Continue at the place of the later log while the camera jumps ``alone`` (n - 1,) away and back."""
     beyond = (steps.moved - steps.expected) * verdict.frame_turn[:-1]
     undone = way.copy()
     for away, back, missing in find_excursions(beyond, alone, outages.blind | outages.still, np.abs(way.step)):
@@ -265,7 +265,7 @@ def _with_excursions_undone(way: _Way, steps: _Steps, verdict: _Verdict, alone: 
 
 
 def _with_losses_walked(way: _Way, dt: FloatArray, losses: list[tuple[int, int]]) -> _Way:
-    """Free the steps over each loss, and spread them evenly where the camera was frozen; ``dt`` (n - 1,) s."""
+    """Free the steps over each loss, and spread them evenly if the camera was frozen; ``dt`` (n - 1,) s."""
     walked = way.copy()
     for start, stop in losses:
         step, lasting = walked.step[start:stop], dt[start:stop]
@@ -276,7 +276,7 @@ def _with_losses_walked(way: _Way, dt: FloatArray, losses: list[tuple[int, int]]
 
 
 def _holes(camera: CameraTrack, frame: IntArray) -> BoolArray:
-    """Steps (n - 1,) amid which no frame was logged for :data:`HOLE_S`, not even one that cannot be used."""
+    """Steps (n - 1,) without any logged frame, even an unusable one, for :data:`HOLE_S`."""
     logged_ns = np.maximum.accumulate(camera.time_ns)
     before = np.flatnonzero(np.diff(logged_ns) > HOLE_S * 1e9)
     step = np.searchsorted(frame, before, side="right") - 1
@@ -288,7 +288,7 @@ def _holes(camera: CameraTrack, frame: IntArray) -> BoolArray:
 def _loss_events(
     camera: CameraTrack, frame: IntArray, losses: list[tuple[int, int]], raw: ComplexArray
 ) -> list[TrackerEvent]:
-    """Report each loss at its first frame, why, and how far the camera moved over it as logged (n,), complex metres."""
+    """Report each loss at its first frame, with its cause and the logged movement (n,) over it, complex metres."""
     found = []
     for start, stop in losses:
         first, last = int(frame[start + 1]), int(frame[stop])
@@ -319,7 +319,7 @@ def _events(
 
 
 def _kind_of_jump(jump: complex, open_jumps: list[complex], moves: MapMoves, step: int) -> EventKind:
-    """Name a jump of the camera; ``open_jumps`` are the breaks that nothing has undone yet."""
+    """Name a jump of the camera; ``open_jumps`` are the breaks that have not been undone."""
     if moves.moved[step]:
         return EventKind.CORRECTION
     undone = next((i for i, other in enumerate(open_jumps) if abs(jump + other) < UNDONE * abs(other)), None)

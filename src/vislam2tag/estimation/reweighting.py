@@ -1,8 +1,8 @@
 """Noise levels and weights from a solution: one round of expectation maximisation with Student's t tails.
 
-Residuals of a smoothed walk are too small: what they could still be, given all observations, has to be added. With it
-the mean square of each noise is what maximises the likelihood (Dempster, Laird and Rubin 1977; for Student's t: Lange,
-Little and Taylor 1989), and estimating noise levels from the walk itself does not shrink them to nothing.
+Residuals of a smoothed walk are too small, so their remaining variance, given all observations, is added. The mean
+square of each noise then maximises the likelihood (Dempster, Laird and Rubin 1977; for Student's t: Lange, Little and
+Taylor 1989). Noise levels that are estimated from the walk itself therefore do not shrink to zero.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ from vislam2tag.estimation.tracker_errors import (
 )
 
 FEWEST_OBSERVATIONS = 1.75
-"""Sightings whose level follows from fewer observations, on walks past two or three landmarks, count as known by so
-many."""
+"""Minimum of the effective observations behind the level of sightings, for walks past two or three landmarks."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +50,10 @@ class ExpectedSquares:
 
 @dataclass(frozen=True)
 class NoiseSquares:
-    """Sums of squares in units of the unit-level covariances.
+    """Sums of squares in units of the covariances at unit level.
 
     ``stretch`` (p + 1,) for each source; ``sighting`` (p,) m^2 over both axes; ``sheet`` (p,) rad^2; ``landmark`` (m,)
-    expected squared Mahalanobis distance from the survey, 0 where not surveyed.
+    expected squared Mahalanobis distance from the survey, 0 if not surveyed.
     """
 
     stretch: dict[DriftSource, ExpectedSquares]
@@ -100,9 +99,9 @@ def _drift_squares(walk: LinearWalk, solution: Solution) -> dict[DriftSource, Ex
 
 
 def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
-    """Expected squared distances (m,) from the survey, in units of its covariance; 0 where not surveyed.
+    """Expected squared distances (m,) from the survey, in units of its covariance; 0 if not surveyed.
 
-    Of places of the camera by other sessions, those of their own errors.
+    For places of the camera by other sessions, only their own errors count.
     """
     rows, count = np.flatnonzero(priors.surveyed), 2 * len(priors.position)
     column = np.stack((2 * rows, 2 * rows + 1), axis=1)
@@ -118,7 +117,7 @@ def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
 
 
 def reweighted(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> VarianceFactors:
-    """Noise levels and variance factors that fit the squares best, pulled gently to the noise assumed before."""
+    """Noise levels and variance factors that fit the squares best, with a weak prior."""
     better = _levels(model, factors, squares)
     stretch = {}
     for source, square in squares.stretch.items():
@@ -137,7 +136,7 @@ def reweighted(model: Model, factors: VarianceFactors, squares: NoiseSquares) ->
 def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> NoiseLevels:
     noise, passes = factors.noise, model.observations.passes
     prior, prior_observations = assumed(factors.prior_noise)
-    # A pass's own scatter explains a part of its squares.
+    # A pass's own scatter explains part of its squares.
     growth = (1 + passes.distance_m**2) / 2
     share = noise.sighting_m**2 * growth / sighting_variance(model, noise)
     precision = share**2 / (growth * factors.sighting)
@@ -149,7 +148,7 @@ def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> No
         )
         for source in ESTIMATED
     }
-    # A tracker that does worse than usual in some kinds of noise does so in a kind that the walk hardly shows, too.
+    # A tracker with unusual noise of some kinds also has it in kinds that the walk hardly shows.
     estimates = {prior.sighting_m: sighting, **{prior.level(source): drift[source] for source in ESTIMATED}}
     common_scale = _common_scale(estimates, prior_observations)
     levels = {
@@ -168,7 +167,7 @@ def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> No
 
 @dataclass(frozen=True)
 class _LevelEstimate:
-    """What a walk shows of one noise level: the sum of ``squares``, and of how many observations it effectively is."""
+    """Estimate of one noise level: the sum of ``squares``, and the effective number of observations."""
 
     effective_observations: float
     squares: float
@@ -177,27 +176,27 @@ class _LevelEstimate:
     def of(
         cls, present: float, dimensions: npt.NDArray[Any], square: ExpectedSquares, precision: FloatArray
     ) -> _LevelEstimate:
-        """Add up squares (k,), each of ``dimensions`` (k,), by their ``precision`` (k,) in units of the level's.
+        """Add up squares (k,), each of ``dimensions`` (k,), with ``precision`` (k,) in units of the level's.
 
-        Of the dimensions those count that the observations determine: a residual that could still be anything
-        shows nothing of the ``present`` level.
+        Only dimensions that the observations determine count: an undetermined residual carries no information on the
+        ``present`` level.
         """
         determined = float(np.sum(dimensions - precision * square.residual_variance / present**2))
         return cls(max(determined, 0.0), float(np.sum(precision * square.squared_residual)))
 
     def level(self, prior: float, prior_observations: float) -> float:
-        """Root mean square of these observations and of the ``prior`` level, which counts as so many.
+        """Root mean square of these observations and of the ``prior`` level with its weight in observations.
 
-        The same fixed point as the mean of the expected squares, reached in fewer rounds (MacKay 1992).
+        It has the same fixed point as the mean of the expected squares, in fewer rounds (MacKay 1992).
         """
         observations = prior_observations + self.effective_observations
         return float(np.sqrt((prior_observations * prior**2 + self.squares) / observations))
 
 
 def _common_scale(estimates: dict[float, _LevelEstimate], prior_observations: float) -> float:
-    """By how much noises exceed their prior levels, which are the keys, all together; near 1 if the walk shows little.
+    """Common factor of noises over their prior levels, which are the keys; near 1 if the walk shows little.
 
-    That they do not exceed them counts as so many observations.
+    A factor of 1 has the weight of this number of observations.
     """
     squares = sum(found.squares / prior**2 for prior, found in estimates.items())
     observations = sum(found.effective_observations for found in estimates.values())
@@ -205,12 +204,12 @@ def _common_scale(estimates: dict[float, _LevelEstimate], prior_observations: fl
 
 
 def equivalent_variances(model: Model, factors: VarianceFactors) -> VarianceFactors:
-    """Factors for covariances: those of the normal distribution that stands for each Student's t.
+    """Factors for covariances: those of the normal distribution equivalent to each Student's t.
 
-    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the variances. A level
-    is also known no better than from as many observations as show it. What a normal variance predicts that is the mean
-    square of so many numbers is Student's t with as many degrees of freedom (Gelman et al. 2013, section 3.2). The
-    heavier of both distributions of sightings stands for both.
+    :func:`reweighted` gives inverse mean precisions, which solve for the states but understate the variances. The level
+    itself is also uncertain, because it follows from few observations. With a variance that is a mean square of n
+    numbers, the predictive distribution is Student's t with n degrees of freedom (Gelman et al. 2013, section 3.2). For
+    sightings the heavier of both distributions is used.
     """
     known = assumed(factors.prior_noise)[1] + factors.noise.sighting_observations
     return replace(
@@ -227,8 +226,8 @@ def equivalent_variances(model: Model, factors: VarianceFactors) -> VarianceFact
 def _drift_dof(source: DriftSource, factors: VarianceFactors, rank: IntArray) -> npt.ArrayLike:
     """Degrees of freedom (1 or p + 1) of the drift of stretches with these ranks (p + 1,).
 
-    Few observations show a walk's drift, of as few stretches: that these may be unusual is a part of not knowing its
-    level. If other walks show the tracker's noise, the heavier of both distributions stands for both, as of sightings.
+    Few observations, from few stretches, show a walk's drift, so these may be unusual. If other walks show the
+    tracker's noise, the heavier of both distributions is used, as for sightings.
     """
     own, observations = DEGREES_OF_FREEDOM[source] + rank, factors.noise.drift_observations.get(source)
     if observations is None:
@@ -238,9 +237,9 @@ def _drift_dof(source: DriftSource, factors: VarianceFactors, rank: IntArray) ->
 
 
 def _widening(freedom: npt.ArrayLike, fewest: float = 2.0) -> FloatArray:
-    """Variance factor with which a normal distribution holds about as much in its 68 % and 95 % regions as Student's t.
+    """Variance factor for a normal distribution with about the same 68 % and 95 % regions as Student's t.
 
-    Between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``; fewer degrees of freedom than
-    ``fewest`` count as so many.
+    It is between 1 and the t distribution's own variance, ``freedom / (freedom - 2)``; ``fewest`` is the minimum of the
+    degrees of freedom.
     """
     return np.asarray(1 + 1.45 / (np.maximum(np.asarray(freedom, dtype=np.float64), fewest) - 1.45))

@@ -1,30 +1,31 @@
 """The smoother: one robust least-squares problem over a whole walk (docs/explanation/smoother.md).
 
-The tracker's path, made continuous (``odometry``), is laid into the building as a reference path with positions ``c``
-and headings ``R``. Unknown is what it is wrong by at each node ``k`` (the first frame, one frame of each pass of a
-landmark, the last frame), and what the survey of each landmark ``l`` is wrong by:
+The tracker's path, made continuous (``odometry``), is put into the building as a reference path with positions ``c``
+and headings ``R``. The unknowns are its errors at each node ``k`` (the first frame, one frame of each pass of a
+landmark, the last frame), and the survey errors of each landmark ``l``:
 
     x_k = (dx, dy, ds, dt)   position error, metres; relative scale error; heading error, rad
     e_l = (dx, dy), h_l      error of the surveyed place, metres, and of the sheet's heading, rad
 
-Residuals, each with the covariance that it is expected to have:
+Residuals, each with its expected covariance:
 
-    start     x_0                                 dx, dy, dt free and ds 0.02, or pinned to the walk's first pose
-    drift     x_(k+1) - F_k x_k + d_k              sum over sources of level^2 Q_k, Q_k from sums along the path
-    sighting  (L_l + e_l) - (c_p + R_p o_p) - H_p x_p    sighting_m^2 (1 + distance^2) / 2 + scatter^2 + aside_p
-    heading   (A_l + h_l) - arg(R_p u_p) - dt_p    sheet_rad^2
-    survey    e_l, h_l                            covariance of the survey, and of places by other sessions
+    start:    x_0                                 dx, dy, dt free and ds 0.02, or pinned to the walk's first pose
+    drift:    x_(k+1) - F_k x_k + d_k              sum over sources of level^2 Q_k, Q_k from sums along the path
+    sighting: (L_l + e_l) - (c_p + R_p o_p) - H_p x_p    sighting_m^2 (1 + distance^2) / 2 + scatter^2 + aside_p
+    heading:  (A_l + h_l) - arg(R_p u_p) - dt_p    sheet_rad^2
+    survey:   e_l, h_l                            covariance of the survey, and of places by other sessions
 
-``F_k`` leads an error from node to node, ``d_k`` is the drift that the reference already has. At pass ``p`` the tracker
-saw the landmark at ``o_p`` from the camera, with its sheet turned to ``u_p``. ``L_l`` and ``A_l`` are the landmark's
-surveyed place and heading. ``H_p x_p`` is how far the errors move a place at ``R_p o_p``. ``aside_p`` (``aside_m2`` of
-the odometry) is the variance of the camera's place while the tracker had jumped away, 0 at other frames. All residuals
-are linear, so the problem is one chain with a border (``least_squares``); its matrices are made by ``factors``.
+``F_k`` propagates an error from node to node, and ``d_k`` is the drift that the reference already contains. At pass
+``p`` the tracker saw the landmark at ``o_p`` from the camera, with its sheet turned to ``u_p``. ``L_l`` and ``A_l`` are
+the landmark's surveyed place and heading. ``H_p x_p`` is the effect of the errors on a place at ``R_p o_p``.
+``aside_p`` (``aside_m2`` of the odometry) is the lateral variance of the camera while the tracker had jumped away, 0 at
+other frames. All residuals are linear, so the problem is one chain with a border (``least_squares``); ``factors`` makes
+its matrices.
 
-Two loops solve it. The inner one (:func:`reweight_until_converged`) keeps the reference path: it multiplies variances
+Two loops solve it. The inner one (:func:`reweight_until_converged`) keeps the reference path. It multiplies variances
 by factors for Student's t and estimates the noise levels, both from the last solution (``reweighting``). The outer one
-(:func:`relinearise_until_converged`) takes the path found as the next reference. After both, covariances are computed
-once more, with the normal distribution that stands for each Student's t.
+(:func:`relinearise_until_converged`) uses the estimated path as the next reference. Covariances are then computed once
+more, with the normal distribution equivalent to each Student's t.
 """
 
 from __future__ import annotations
@@ -46,32 +47,32 @@ from vislam2tag.estimation.reweighting import equivalent_variances, expected_squ
 from vislam2tag.estimation.tracker_errors import NoiseLevels, assumed
 
 CONVERGED_SIGMAS = 0.1
-"""Re-weighting has converged when no node moves any more by this many of its own standard deviations, nor these by this
-share. To ask for less changes no mean error, and costs twice the rounds."""
+"""Re-weighting has converged when no node moves by more than this many of its standard deviations, and these change by
+less than this share. A smaller limit does not change mean errors and doubles the rounds."""
 ROUGHLY_CONVERGED_SIGMAS = 0.5
-"""The first solution is but a start."""
+"""The first solution is only a start."""
 CONVERGED_SIGMAS_IN_OWN_FRAME = 0.01
-"""Seen from a walk's start sigmas grow with the way, though places near each other are known as well as ever."""
+"""Relative to the walk's start sigmas grow along the path, although places close together are known equally well."""
 MOST_ROUNDS = 100
-"""About one reference path; usual are 3 to 10."""
+"""Limit for one reference path; usually 3 to 10."""
 MOST_RELINEARISATIONS = 10
-"""Reference paths; the second usually moves no node by as much, either."""
+"""Limit of reference paths; the second usually moves no node by as much."""
 ROUGH_CAUTION, NO_CAUTION = Caution(30.0, 0.4), Caution()
-"""With sightings, of the first solution and of all later ones."""
+"""Weights of sightings in the first solution, and in all later ones."""
 LEAST_BASE_M = 0.5
-"""Landmarks that all hang closer together than this do not show a heading: each is seen to about 0.1 m."""
+"""Landmarks that are all closer together do not show a heading, because each is seen to about 0.1 m."""
 AWAY_S = 0.5
-"""A moment farther than this from every frame ties nothing."""
+"""Places at a larger distance in time from every frame are ignored."""
 
 
 def solve_walk(
     observations: WalkObservations, priors: LandmarkPriors, prior_noise: TrackerNoise | None = None
 ) -> SolvedWalk | None:
-    """Map a walk into the BCS; None where nothing ties it there.
+    """Map a walk into the BCS; None if it has no connection to it.
 
-    The heading in the building must be known roughly before scale and heading errors can be small. Two surveyed
-    landmarks apart give it by a first solution in which heading and scale are free; otherwise a sheet whose heading is
-    surveyed does. To begin with, the tracker's noise is assumed usual, or as other walks of its device show it
+    The heading in the building must be roughly known before scale and heading errors can be small. Two surveyed
+    landmarks apart give it by a first solution with free heading and scale; otherwise a sheet with a surveyed heading
+    does. At first the tracker's noise is assumed to be usual, or as other walks of its device show it
     (``prior_noise``).
     """
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
@@ -81,14 +82,14 @@ def solve_walk(
 
 
 def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
-    """Take the path found as the next reference until no node moves any more, then state the covariances."""
+    """Use the estimated path as the next reference until no node moves, then compute the covariances."""
     tolerance = CONVERGED_SIGMAS_IN_OWN_FRAME if walk.pinned else CONVERGED_SIGMAS
 
     def about_path_found(before: SolvedWalk, _: int) -> SolvedWalk:
         return reweight_until_converged(replace(before.linear, model=_relinearised(before)), tolerance)
 
     done = iterate(
-        "the path that a walk is linearised about",
+        "the linearisation of a walk's path",
         reweight_until_converged(walk, tolerance),
         about_path_found,
         _sigmas_between,
@@ -102,7 +103,7 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
 
 
 def reweight_until_converged(walk: LinearWalk, tolerance: float, caution: Caution = NO_CAUTION) -> SolvedWalk:
-    """Solve about one reference path, levels and factors by the last solution, until no node moves any more."""
+    """Solve about one reference path, with levels and factors from the last solution, until no node moves."""
 
     def solve_with(factors: VarianceFactors, number: int) -> SolvedWalk:
         cautious = replace(factors, sighting=factors.sighting * caution.at(number))
@@ -113,7 +114,7 @@ def reweight_until_converged(walk: LinearWalk, tolerance: float, caution: Cautio
         return solve_with(reweighted(walk.model, before.variance_factors, squares), number)
 
     done = iterate(
-        "the weighting of a walk's observations",
+        "the reweighting of a walk's observations",
         solve_with(walk.variance_factors, 0),
         step,
         _sigmas_between,
@@ -125,14 +126,15 @@ def reweight_until_converged(walk: LinearWalk, tolerance: float, caution: Cautio
 
 
 def _sigmas_between(before: SolvedWalk, after: SolvedWalk) -> float:
-    """By how many of its standard deviations the node moved, or these changed, that did most."""
+    """Largest movement of a node, or change of its sigma, in its standard deviations."""
     moved = np.abs(after.node_position - before.node_position)
     changed = np.abs(after.node_sigma_m - before.node_sigma_m)
     return float((np.maximum(moved, changed) / after.node_sigma_m).max())
 
 
 def _relinearised(walk: SolvedWalk) -> Model:
-    """The model about the path that was found: solved headings become the reference's; scale stays with the states."""
+    """The model about the estimated path: solved headings become those of the reference; scale stays with the
+    states."""
     model, count = walk.model, len(walk.model.path)
     knots = states_between_nodes(walk.linear, walk.solution)
     state = knots.at_frames(knots.state, count)
@@ -145,7 +147,7 @@ def _relinearised(walk: SolvedWalk) -> Model:
 
 
 def initial_problem(model: Model, priors: LandmarkPriors, prior_noise: TrackerNoise | None = None) -> LinearWalk:
-    """The linear problem about a first reference path: assumed noise levels, all observations trusted alike."""
+    """The linear problem about a first reference path: assumed noise levels, equal weights."""
     passes, marks = len(model.observations.passes.at), len(priors.position)
     return LinearWalk(model, priors, VarianceFactors.even(assumed(prior_noise)[0], passes, marks, prior_noise))
 
@@ -153,14 +155,14 @@ def initial_problem(model: Model, priors: LandmarkPriors, prior_noise: TrackerNo
 def _with_free_heading(
     observations: WalkObservations, priors: LandmarkPriors, prior_noise: TrackerNoise | None
 ) -> Model:
-    """Solve with heading and scale free: linear, so that nothing needs to be known before."""
+    """Solve with free heading and scale, which is linear and needs no prior knowledge."""
     path = observations.odometry.path
     start = initial_problem(Model(observations, path, np.ones_like(path), rough=True), priors, prior_noise)
     return _relinearised(reweight_until_converged(start, ROUGHLY_CONVERGED_SIGMAS, ROUGH_CAUTION))
 
 
 def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -> Model | None:
-    """Turn the walk as the sheets say whose heading is surveyed, and move it to a surveyed landmark."""
+    """Turn the walk by the sheets with a surveyed heading, and move it to a surveyed landmark."""
     passes = observations.passes
     headed = np.flatnonzero((passes.heading != 0) & np.isfinite(priors.heading_rad[passes.landmark]))
     if headed.size == 0:
@@ -174,32 +176,32 @@ def _headed_by_a_sheet(observations: WalkObservations, priors: LandmarkPriors) -
 
 
 def _extent_m(place: ComplexArray) -> float:
-    """Diagonal of the box around some places (k,), complex metres; 0 where there are none."""
+    """Diagonal of the box around some places (k,), complex metres; 0 if there are none."""
     return float(np.hypot(np.ptp(place.real), np.ptp(place.imag))) if place.size else 0.0
 
 
 @dataclass(frozen=True)
 class SolvedWalk:
-    """A walk's linear problem and its solution, from which everything about it follows."""
+    """A walk's linear problem and its solution, from which all results follow."""
 
     linear: LinearWalk
     solution: Solution
     converged: bool = True
-    """Whether re-weighting ended because another round would change nothing that matters."""
+    """Whether re-weighting converged."""
 
     @classmethod
     def of(cls, linear: LinearWalk) -> SolvedWalk:
-        """Solve a linear problem with its variances as they are."""
+        """Solve a linear problem with its present variances."""
         return cls(linear, solve(linear.normal_equations()))
 
     @property
     def model(self) -> Model:
-        """The reference path and what was observed along it."""
+        """The reference path and the observations along it."""
         return self.linear.model
 
     @property
     def priors(self) -> LandmarkPriors:
-        """What the survey says of the landmarks."""
+        """The survey of the landmarks."""
         return self.linear.priors
 
     @property
@@ -214,7 +216,7 @@ class SolvedWalk:
 
     @property
     def node_position(self) -> ComplexArray:
-        """(k,) of the nodes, complex metres."""
+        """(k,) positions of the nodes, complex metres."""
         state = self.solution.state
         return np.asarray(self.model.path[self.model.observations.nodes] + state[:, 0] + 1j * state[:, 1])
 
@@ -230,7 +232,7 @@ class SolvedWalk:
 
     @property
     def landmark_position(self) -> ComplexArray:
-        """(m,) most probable positions, complex metres; of a landmark that was never passed its surveyed one."""
+        """(m,) most probable positions, complex metres; the surveyed one for landmarks that were never passed."""
         error = self.solution.border[: 2 * len(self.priors.position)]
         return np.asarray(landmark_origin(self.model, self.priors) + error[::2] + 1j * error[1::2])
 
@@ -241,13 +243,13 @@ class SolvedWalk:
         return np.asarray(heading_origin(self.model, self.priors) + self.solution.border[2 * marks :])
 
     def landmark_covariance(self) -> FloatArray:
-        """(m, 2, 2) of :attr:`landmark_position`, m^2."""
+        """(m, 2, 2) covariance of :attr:`landmark_position`, m^2."""
         column = np.arange(2 * len(self.priors.position)).reshape(-1, 2)
         return np.asarray(self.solution.border_covariance[column[:, :, None], column[:, None, :]])
 
 
 def solve_in_own_frame(observations: WalkObservations) -> SolvedWalk:
-    """Map a walk and its landmarks in the frame of its first pose, from nothing but the walk itself."""
+    """Map a walk and its landmarks in the frame of its first pose, from the walk alone."""
     path = observations.odometry.path
     model = Model(observations, path, np.ones_like(path), rough=False)
     nothing = LandmarkPriors.nothing(len(observations.ids))
@@ -255,9 +257,9 @@ def solve_in_own_frame(observations: WalkObservations) -> SolvedWalk:
 
 
 def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) -> SolvedWalk:
-    """Solve a walk again, about its path by landmarks alone, with the places where other sessions put it.
+    """Solve a walk again, about its path by landmarks alone, with places from other sessions.
 
-    Each such moment is taken for a pass of a landmark that hangs at the camera. Like any surveyed place it may be wrong
+    Each such moment is treated as a pass of a landmark at the camera. Like any surveyed place it may be wrong
     (Student's t). ``time_ns`` (n,) are the times of the odometry's frames.
     """
     at, rows = _frames(time_ns, ties.time_ns)
@@ -272,7 +274,7 @@ def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) ->
 
 
 def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray]:
-    """Frames (k,) nearest to those of the moments (m,) that have one nearby, and which moments (k,) these are."""
+    """Frames (k,) closest to those of the moments (m,) that have one nearby, and the indices (k,) of these moments."""
     after = np.searchsorted(time_ns, moments_ns).clip(1, len(time_ns) - 1)
     nearer = moments_ns - time_ns[after - 1] < time_ns[after] - moments_ns
     at = (after - nearer).astype(np.int64)

@@ -1,6 +1,6 @@
-"""Steps from frame to frame that are no motion: jumps, losses of tracking, excursions that are undone.
+"""Steps between frames that are not motion: jumps, tracking losses, excursions that are undone.
 
-A tracker that jumps shows itself by a step that does not fit the steps about it, in the plane as in height.
+A jump of the tracker is visible as a step that does not fit the steps around it, in the plane and in height.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 BEFORE, AFTER = (-3, -2, -1), (1, 2, 3)
 """Neighbouring steps whose median predicts a step."""
 LEAST_SPREAD_M = 0.003
-"""Predictions of steps are not trusted better than this."""
+"""Predictions of steps are never more precise than this."""
 IMPOSSIBLE = 10.0
-"""A step that misses its prediction by more than this many standard deviations, and by more than anybody moves, is no
+"""A step that misses its prediction by more standard deviations than this, and by more than a person moves, is not
 motion."""
 FEW = 0.1
-"""Where fewer steps than this share miss their predictions at all, those that do are no measure of the usual."""
+"""If fewer steps than this share miss their predictions at all, they do not determine the usual size."""
 MEDIAN_SIGMAS = {1: 0.67, 2: 1.18}
 """Median length of a normal error of one or two dimensions, in standard deviations per axis."""
 
 
 def predicted(step: FloatArray, dt: FloatArray, neighbours: Sequence[int] = BEFORE + AFTER) -> FloatArray:
-    """Steps (n - 1,) that the median rate of their neighbours leads to expect; ``dt`` (n - 1,) their times, s."""
+    """Steps (n - 1,) predicted from the median rate of their neighbours; ``dt`` (n - 1,) their times, s."""
     if not len(step):
         return step
     reach = max(AFTER)
@@ -42,9 +42,9 @@ def predicted_in_plane(step: ComplexArray, dt: FloatArray, neighbours: Sequence[
 
 
 def prediction_sigma_m(miss_m: FloatArray, dt: FloatArray, dimensions: int) -> FloatArray:
-    """Standard deviation (n - 1,) per axis of how far steps usually miss their predictions; more in a longer step.
+    """Standard deviation (n - 1,) per axis of the usual misfit of predictions; more in a longer step.
 
-    ``miss_m`` (n - 1,) is how far each does, in the plane or (one dimension) in height.
+    ``miss_m`` (n - 1,) is the misfit of each, in the plane or (one dimension) in height.
     """
     moving = miss_m[miss_m > 0]
     usual = float(np.median(moving)) / MEDIAN_SIGMAS[dimensions] if moving.size > FEW * len(dt) else 0.0
@@ -52,15 +52,15 @@ def prediction_sigma_m(miss_m: FloatArray, dt: FloatArray, dimensions: int) -> F
 
 
 def implausible(miss_m: FloatArray, spread_m: FloatArray, dt: FloatArray, fastest_m_s: float) -> BoolArray:
-    """Steps (n - 1,) that miss their predictions by more than chance (``spread_m``) and anybody's motion explain."""
+    """Steps (n - 1,) that miss their predictions by more than chance (``spread_m``) and human motion explain."""
     return np.asarray(miss_m > np.maximum(IMPOSSIBLE * spread_m, fastest_m_s * dt))
 
 
 def median_of(arrays: Sequence[FloatArray]) -> FloatArray:
-    """Median (n,) over k arrays (n,), entry by entry; the mean of the two middle ones where k is even.
+    """Median (n,) over k arrays (n,), entry by entry; the mean of the two middle ones if k is even.
 
-    Sorts by exchanging neighbours (odd-even transposition), k^2 / 2 exchanges of whole arrays: for k up to ten or so
-    many times quicker than in general.
+    Sorts by exchanging neighbours (odd-even transposition), k^2 / 2 exchanges of whole arrays. For k up to about ten
+    this is many times faster than a general sort.
     """
     ranked = list(arrays)
     for start in range(len(ranked)):
@@ -72,31 +72,31 @@ def median_of(arrays: Sequence[FloatArray]) -> FloatArray:
 
 
 FROZEN_S = 0.3
-"""A camera position that stays the same to the last bit for longer is no position."""
+"""A camera position that is exactly constant for longer is invalid."""
 STANDING_M_S = 0.3
-"""A camera that moves less than this on average while tracking is lost is frozen, noise or not."""
+"""A camera with a lower mean speed during a tracking loss is frozen, with or without noise."""
 FASTEST_M_S = 3.0
-"""Nobody walks faster: a longer jump over a loss is another map, not the way walked meanwhile."""
+"""A longer jump over a loss means another map, because no person is faster."""
 LEAST_JUMP_M = 0.3
-"""... nor does a step shorter than this show that anything jumped as tracking was lost."""
+"""... and a shorter step does not show that anything jumped at the loss."""
 UNSEEN_M_S = 0.5
-"""Somebody who walks while the camera is frozen gets elsewhere by this a second (standard deviation per axis) ..."""
+"""Movement of a person in a second while the camera is frozen (standard deviation per axis) ..."""
 FOUND_M_S = 0.25
-"""... and by this where the camera makes good for the way as it is found again."""
+"""... and if the camera makes up for the path when tracking resumes."""
 FROZEN_WALK_M = 6.0
 FROZEN_WALK_M_S = 1.0
-"""Somebody may have walked this far while the camera was frozen, and this much farther a second."""
+"""Possible distance walked while the camera was frozen: a constant, plus this in a second."""
 FOUND_TURN_RAD = 0.03
 NEW_MAP_TURN_RAD = 1.0
-"""How far a tracker's map may have turned over a loss; and where it has come out in another map, metres away."""
+"""Standard deviation of the turn of a tracker's map over a loss, if it resumes in another map, metres away."""
 FOUND_SIGMA_M = 0.1
-"""How far off a tracker may be that goes on through a loss."""
+"""Error of a tracker that continues through a loss."""
 
 
 def lost_frames(camera: CameraTrack, log: LandmarkLog, frame: IntArray) -> BoolArray:
-    """Mask (n,) of the usable frames in which the tracker was lost, by its own word where the log has it.
+    """Mask (n,) of the usable frames in which the tracker was lost, according to the log if it contains this.
 
-    Otherwise it was where landmarks are at the camera, or none is logged any more.
+    Otherwise it was lost if landmarks are at the camera, or if none is logged any more.
     """
     if camera.state is not None:
         return np.asarray(~camera.state.tracking[frame])
@@ -109,7 +109,7 @@ def lost_frames(camera: CameraTrack, log: LandmarkLog, frame: IntArray) -> BoolA
 
 
 def frozen_frames(camera: CameraTrack, frame: IntArray, time_s: FloatArray) -> BoolArray:
-    """Mask (n,) of the usable frames in which the camera's position stays the same for :data:`FROZEN_S`."""
+    """Mask (n,) of the usable frames in which the camera's position is constant for :data:`FROZEN_S`."""
     position = camera.position_acs[frame]
     frozen = np.zeros(len(frame), dtype=bool)
     for first, after in runs_of(np.all(position[1:] == position[:-1], axis=1)):
@@ -121,12 +121,12 @@ def frozen_frames(camera: CameraTrack, frame: IntArray, time_s: FloatArray) -> B
 def steps_over_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, FloatArray]:
     """Steps (k,) over a loss and their variances (k,) per axis beyond the usual drift, m^2.
 
-    A tracker that goes on meanwhile is believed nearly as ever. A frozen camera's way, as far as the tracker says when
-    it finds itself again, is spread evenly, with the freedom of somebody who walks unseen: less where it does.
+    A tracker that continues is trusted almost as usual. The path of a frozen camera, as far as the tracker makes up for
+    it later, is spread evenly, with the variance of an unseen walker (less if the tracker makes up for it).
     """
     share = dt / dt.sum()
     jumped = np.abs(step) > np.maximum(FASTEST_M_S * dt, LEAST_JUMP_M)
-    makes_good, jumped[-1] = jumped[-1], False  # there a frozen camera makes good for the way
+    makes_good, jumped[-1] = jumped[-1], False  # there a frozen camera makes up for the path
     step = np.where(jumped, 0, step)
     if np.abs(step[:-1]).sum() >= STANDING_M_S * dt[:-1].sum() > 0:
         return step, FOUND_SIGMA_M**2 * share
@@ -137,13 +137,13 @@ def steps_over_loss(step: ComplexArray, dt: FloatArray) -> tuple[ComplexArray, F
 
 
 def loss_turn_rad(step: ComplexArray, dt: FloatArray) -> float:
-    """Standard deviation of how far the map has turned over a loss with these steps (k,), as logged."""
+    """Standard deviation of the turn of the map over a loss with these logged steps (k,)."""
     walkable = abs(complex(step.sum())) < FASTEST_M_S * (dt.sum() + 1)
     return FOUND_TURN_RAD if walkable else NEW_MAP_TURN_RAD
 
 
 def walkable_m(frozen: BoolArray, dt: FloatArray) -> FloatArray:
-    """How far somebody may have walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
+    """Possible distance walked over each run of ``frozen`` steps (k,), metres, at its steps; 0 elsewhere."""
     length_m = np.zeros(len(dt))
     for start, stop in runs_of(frozen):
         length_m[start:stop] = FROZEN_WALK_M + FROZEN_WALK_M_S * dt[start:stop].sum()
@@ -152,21 +152,22 @@ def walkable_m(frozen: BoolArray, dt: FloatArray) -> FloatArray:
 
 BACK_M = 0.1
 BACK_RAD = 0.2
-"""A jump back misses the jump away by this and, as the tracker may have turned, by this much of the way between."""
+"""A jump back misses the jump away by this share and, because of turns, by this share of the path between."""
 FAR = 3.0
-"""Only jumps this many times greater than that count: two of them do not fit one another by chance."""
+"""Only jumps larger than this many times that value count, so that two of them do not match by chance."""
 TURN_SIGMA_RAD = 0.1
 PLACE_SIGMA_M = 0.1
-"""How far the tracker may have turned and moved while it was away."""
+"""Movement of the tracker's frame during an excursion."""
 
 
 def find_excursions(
     jump: ComplexArray, alone: BoolArray, unknown: BoolArray, length_m: FloatArray
 ) -> list[tuple[int, int, complex]]:
-    """Find jumps of the camera ``alone`` (n - 1,) that undo those before; none across steps that are ``unknown``.
+    """Find jumps of the camera ``alone`` (n - 1,) that undo earlier ones, but not across ``unknown`` steps.
 
-    ``jump`` (n - 1,) is what each step has beyond motion, in the continuous frame; ``length_m`` (n - 1,) lengths of the
-    steps without it. Of each excursion: the steps away and back, and what their jumps do not undo, complex metres.
+    ``jump`` (n - 1,) is each step's part beyond motion, in the continuous frame; ``length_m`` (n - 1,) the lengths of
+    the steps without it. Returns for each excursion the steps away and back, and the remaining difference, complex
+    metres.
     """
     along_m = np.concatenate(([0.0], np.cumsum(length_m)))
     lost = np.cumsum(unknown)
@@ -188,9 +189,9 @@ def find_excursions(
 
 
 def returned(missing: complex, step: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Steps (k,) of an excursion, complex metres, with what was ``missing``: they lead where the log is afterwards.
+    """Steps (k,) of an excursion, complex metres, with the ``missing`` part, so that they end at the later log.
 
-    Also the variance (k,), m^2 per axis, of the frame after each step: nothing after the last one.
+    Also the variance (k,), m^2 per axis, of the frame after each step; zero after the last one.
     """
     length = np.abs(step)
     share = length / length.sum() if length.sum() > 0 else np.full(len(step), 1 / len(step))

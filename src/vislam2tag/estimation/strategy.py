@@ -30,15 +30,15 @@ from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 
 
 class MappingStrategy(Protocol):
-    """Maps one session from the tracker's frame to the building's; pure: no files, no state."""
+    """Maps one session from the tracker's frame (ACS) to the building's (BCS). It uses no files and has no state."""
 
     @property
     def needs(self) -> str:
-        """What a walk must have had to be mapped, to end a sentence: "visits to two different landmarks"."""
+        """What a walk needs to be mapped, as the end of a sentence: "visits to two different landmarks"."""
         ...
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-        """Give each frame a position in the BCS or the cause why it has none."""
+        """Give each frame a position in the BCS, or a status with the reason why it has none."""
         ...
 
 
@@ -49,47 +49,47 @@ strategy_names = STRATEGIES.names
 
 
 def strategies_for_poses() -> tuple[str, ...]:
-    """Name the strategies that map sessions with poses of a tracker."""
+    """Return the names of the strategies for sessions with poses of a tracker."""
     return tuple(name for name in strategy_names() if name != WITHOUT_TRACKER)
 
 
 def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
     """Make the strategy of this name with these settings; raises UsageError for an unknown name.
 
-    It maps sessions in several parts part by part.
+    Sessions in several parts are mapped part by part.
     """
     return MappingBySection(STRATEGIES.named(name)(settings))
 
 
 def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
-    """Names of the modules that a strategy is made in and is written in; raises UsageError for an unknown name."""
+    """Names of the modules in which a strategy is registered and implemented; raises UsageError for an unknown name."""
     factory = STRATEGIES.named(name)
     return factory.__module__, type(factory(settings)).__module__
 
 
 @dataclass(frozen=True)
 class MappingBySection:
-    """A strategy that maps the parts of a session one by one; a session in one part it maps as ever."""
+    """A strategy that maps the parts of a session one by one."""
 
     strategy: MappingStrategy
 
     @property
     def needs(self) -> str:
-        """What each part must have had."""
+        """What each part needs."""
         return self.strategy.needs
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-        """Map each part and put the frames together again."""
+        """Map each part and join the frames."""
         sections = section_numbers(camera)
         if camera.state is None or len(sections) < 2:
             return self.strategy.map(camera, log, landmarks)
         mapped = [self.strategy.map(*one_section(camera, log, int(section)), landmarks) for section in sections]
-        # Frames that are not usable, of whatever section, are so in the trajectory of each.
+        # Unusable frames of any part are unusable in the trajectory of each.
         return _together(mapped, np.searchsorted(sections, camera.state.section).clip(0, len(sections) - 1))
 
 
 def _together(mapped: Sequence[Trajectory], chosen: IntArray) -> Trajectory:
-    """Take each frame from the trajectory chosen for it, (n,), and all else from all."""
+    """Take each frame from the trajectory chosen for it, (n,), and everything else from all."""
     frame = np.arange(len(chosen))
 
     def stacked(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
@@ -122,7 +122,7 @@ class TrajectoryBuilder:
     position_bcs: FloatArray
     orientation_bcs: FloatArray
     covariance_bcs: FloatArray
-    """(n, 2, 2); the paper's strategies know none."""
+    """(n, 2, 2) covariances; the paper's strategies have none."""
     status: StatusArray
 
     @classmethod

@@ -1,14 +1,14 @@
-"""How a tracker errs: how noisy it is, how heavy the tails are, and how far it may have drifted between two frames.
+"""Errors of a tracker: its noise, the tails of the noise, and its possible drift between two frames.
 
-A walk shows its drift by hardly one effective observation, and its sightings by some ten
-(docs/explanation/smoother.md). Other walks of the device show by how much it exceeds the usual noise in all kinds
-together: of each kind they know too little.
+A walk shows its drift by hardly one effective observation, and its sightings by about ten
+(docs/explanation/smoother.md). Other walks of the device show a common factor on the usual noise of all kinds; for
+single kinds their information is too small.
 
 Drift is a covariance of the state at a frame, in the BCS, relative to a reference path: ``(x, y)`` position error in
-metres, relative scale error, heading error in rad. From frame a to b a heading error turns the way between them, and a
-drift of the heading at a frame in between turns the rest of the way, ``X = path[b] - path[frame]``. So the covariance
-of the drift from a to b is made of sums of the step's variance times 1, ``X`` and ``X X^T`` - all from running sums,
-for any number of pairs.
+metres, relative scale error, heading error in rad. A heading error at frame a turns the path from a to b. A drift of
+the heading at a frame in between turns the rest of the path, ``X = path[b] - path[frame]``. The covariance of the drift
+from a to b is therefore made of sums of the step's variance times 1, ``X`` and ``X X^T``, all from running sums, for
+any number of pairs.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from vislam2tag.core.context import TrackerNoise
 
 
 class DriftSource(Enum):
-    """Where the drift of a stretch comes from."""
+    """Source of the drift of a stretch."""
 
     POSITION = "position"
     HEADING = "heading"
     SCALE = "scale"
     JUMP = "jump"
-    """Steps that are no motion: what is not known of where they led."""
+    """Steps that are not motion: the uncertainty of their target."""
     JUMP_TURN = "jump_turn"
-    """... and of how they turned."""
+    """... and of their turn."""
     DOUBT = "doubt"
-    """Steps that may have slipped, along what they exceed plausible ones by."""
+    """Steps that may have slipped, along their excess over plausible ones."""
 
 
 ESTIMATED = (DriftSource.POSITION, DriftSource.HEADING, DriftSource.SCALE)
-"""Sources whose level is estimated; that of jumps and doubts is given with each of them."""
+"""Sources with an estimated level; jumps and slips have their own."""
 
 
 @dataclass(frozen=True)
 class NoiseLevels:
     """Standard deviations of one session.
 
-    ``position_m``, ``heading_rad`` and ``scale`` are random walks per square root of a metre walked; ``sighting_m`` is
-    the error per axis that one pass of a landmark has at 1 m distance, ``sheet_rad`` that of its logged heading.
+    ``position_m``, ``heading_rad`` and ``scale`` are random walks per square root of a metre walked. ``sighting_m`` is
+    the error per axis of one pass of a landmark at 1 m distance, ``sheet_rad`` that of its logged heading.
     """
 
     position_m: float = 0.016
@@ -56,9 +56,9 @@ class NoiseLevels:
     sighting_m: float = 0.14
     sheet_rad: float = 0.03
     sighting_observations: float = inf
-    """How many effective observations the level of sightings follows from; infinite where it is given."""
+    """Number of effective observations behind the level of sightings; infinite if it is given."""
     drift_observations: dict[DriftSource, float] = field(default_factory=dict)
-    """... and that of each drift; those that are missing are given."""
+    """... and behind that of each drift; missing ones are given."""
 
     def level(self, source: DriftSource) -> float:
         """Standard deviation that scales the drift of this source."""
@@ -69,7 +69,7 @@ class NoiseLevels:
         return self.scale if source is DriftSource.SCALE else 1.0
 
     def times(self, factor: float) -> NoiseLevels:
-        """Levels of a tracker that drifts, and errs in sightings, so many times as much; sheets stay."""
+        """Levels multiplied by a factor for drift and sightings; sheets are unchanged."""
         return replace(
             self,
             position_m=self.position_m * factor,
@@ -80,15 +80,15 @@ class NoiseLevels:
 
 
 USUAL = NoiseLevels()
-"""What is assumed before anything is seen: typical of phones (docs/explanation/smoother.md)."""
+"""Prior noise, typical of phones (docs/explanation/smoother.md)."""
 PRIOR_WEIGHT = 0.5
-"""The usual noise counts as much as this many observations (docs/explanation/smoother.md)."""
+"""Weight of the usual noise, in observations (docs/explanation/smoother.md)."""
 SCALE_SIGMA = 0.02
-"""A tracker's metre is a metre within this share."""
+"""Standard deviation of a tracker's scale."""
 
 
 def assumed(prior_noise: TrackerNoise | None) -> tuple[NoiseLevels, float]:
-    """The noise assumed before anything of a walk is seen, and as how many observations that counts."""
+    """The prior noise of a walk, and its weight in observations."""
     if prior_noise is None:
         return USUAL, PRIOR_WEIGHT
     return USUAL.times(prior_noise.times_usual), prior_noise.effective_observations
@@ -102,36 +102,37 @@ DEGREES_OF_FREEDOM = {
     DriftSource.JUMP_TURN: 2.0,
     DriftSource.DOUBT: 2.0,
 }
-"""Degrees of freedom of Student's t for the drift of a stretch: the fewer, the more often far worse than usual."""
+"""Degrees of freedom of Student's t for the drift of a stretch; fewer mean more outliers."""
 SIGHTING_DOF = 3.0
 SHEET_DOF = 3.0
 LANDMARK_DOF = 2.0
 """... and for a pass, for the heading of a sheet, and for the survey of a landmark."""
 DOUBTED = 2.0
-"""A surveyed place or a pass is doubtful where re-weighting takes it for so much less certain (variance) than usual."""
+"""A surveyed place or a pass is doubtful if re-weighting increases its variance by this factor."""
 
 
 ALIKE_OBSERVATIONS = 10.0
-"""However many observations show a walk's noise, they show that of another walk no better than this many of its own:
-walks of a device differ by about a quarter (standard deviation)."""
+"""Limit of the weight of a walk's noise for another walk, in that walk's observations: walks of a device differ by
+about a quarter (standard deviation)."""
 USUAL_OBSERVATIONS = 3.0
-"""That a device is as noisy as usual counts as much as this many observations."""
+"""Weight of the usual noise for a device, in observations."""
 GREATEST_TIMES = 4.0
-"""A walk counts as no noisier than so many times the usual (standard deviation): beyond, its tracker broke."""
+"""Largest factor of a walk's noise over the usual (standard deviation); beyond, its tracker failed."""
 STEP = 2**0.5
-"""What other walks show is rounded to powers of this ..."""
+"""The result of other walks is rounded to powers of this ..."""
 STEP_OBSERVATIONS = 2.0
-"""... and to multiples of this many observations: finer gains nothing, and one more walk would change it more often."""
+"""... and to multiples of this many observations; finer steps gain nothing, and more walks would change it more
+often."""
 
 
 def noise_of_other_walks(walks: Sequence[NoiseLevels]) -> list[TrackerNoise | None]:
-    """For each walk of a device the noise by the estimated levels of the others; None where these show next to none."""
+    """For each walk of a device its noise by the estimated levels of the others; None if these show almost nothing."""
     known = np.array([_known(walk) for walk in walks]).reshape(-1, 2)
     return [_tracker_noise(*np.delete(known, number, axis=0).sum(axis=0).tolist()) for number in range(len(walks))]
 
 
 def _known(walk: NoiseLevels) -> tuple[float, float]:
-    """How many observations a walk's drift and sightings count as for others, and their squares' sum in usual ones."""
+    """Weight of a walk's drift and sightings for others, in observations, and their sum of squares in usual ones."""
     kinds = [(walk.sighting_observations, walk.sighting_m / USUAL.sighting_m)]
     kinds += [(walk.drift_observations[source], walk.level(source) / USUAL.level(source)) for source in ESTIMATED]
     observations = sum(own for own, _ in kinds)
@@ -143,12 +144,12 @@ def _known(walk: NoiseLevels) -> tuple[float, float]:
 
 
 def _for_others(observations: float) -> float:
-    """As how many observations of another walk of the device these count."""
+    """Weight of these observations for another walk of the device."""
     return ALIKE_OBSERVATIONS * observations / (ALIKE_OBSERVATIONS + observations)
 
 
 def _tracker_noise(observations: float, squares: float) -> TrackerNoise | None:
-    """The noise of a further walk by so many observations with this sum of squares, in usual ones, rounded."""
+    """The noise of a further walk from this number of observations and sum of squares, in usual ones, rounded."""
     rounded = STEP_OBSERVATIONS * round((PRIOR_WEIGHT + _for_others(observations)) / STEP_OBSERVATIONS)
     if not rounded:
         return None
@@ -161,7 +162,7 @@ STATES = 4
 
 
 class DriftKind(Enum):
-    """What drifts."""
+    """Quantity that drifts."""
 
     POSITION = "position"
     HEADING = "heading"
@@ -170,7 +171,7 @@ class DriftKind(Enum):
 
 @dataclass(frozen=True)
 class PathDriftSums:
-    """Running sums along a path of one kind of drift; make it by :meth:`along` or :meth:`directed`."""
+    """Running sums along a path of one kind of drift, made by :meth:`along` or :meth:`directed`."""
 
     kind: DriftKind
     path: ComplexArray
@@ -189,7 +190,7 @@ class PathDriftSums:
 
     @classmethod
     def directed(cls, path: ComplexArray, by: ComplexArray) -> PathDriftSums:
-        """Let each step lead elsewhere along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
+        """Let each step slip along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
         return cls(DriftKind.POSITION, path, _summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
 
     def between(self, a: IntArray, b: IntArray) -> FloatArray:
@@ -217,14 +218,14 @@ class PathDriftSums:
 
 
 def _summed(terms: FloatArray) -> FloatArray:
-    """Running sums (t, n) of terms (t, n - 1), from nothing at the first frame."""
+    """Running sums (t, n) of terms (t, n - 1), zero at the first frame."""
     sums = np.zeros((len(terms), terms.shape[1] + 1))
     np.cumsum(terms, axis=1, out=sums[:, 1:])
     return sums
 
 
 def transitions(path: ComplexArray, a: IntArray, b: IntArray) -> FloatArray:
-    """Matrices (k, 4, 4) that carry a state at frames ``a`` to frames ``b`` without any drift."""
+    """Matrices (k, 4, 4) that propagate a state from frames ``a`` to frames ``b`` without drift."""
     displacement = path[b] - path[a]
     transition = np.tile(np.eye(STATES), (len(a), 1, 1))
     transition[:, 0, 2], transition[:, 1, 2] = displacement.real, displacement.imag

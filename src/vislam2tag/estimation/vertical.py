@@ -1,7 +1,7 @@
-"""The tracker's vertical axis made continuous: jumps taken out, and the rides added that the tracker does not see.
+"""The tracker's vertical axis made continuous: without jumps, and with the rides that the tracker does not see.
 
-Air pressure shows rides in a lift, and what happens while tracking is lost. Without it a ride shows as a stretch
-without horizontal motion, and the landmarks before and after show how far it went, if they lie on different floors.
+Air pressure shows lift rides, and changes during tracking losses. Without it a ride shows as a stretch without
+horizontal motion, and the landmarks before and after show its height, if they are on different floors.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.steps import implausible, predicted, prediction_sigma_m
 
 ODD_STEP_M = 0.03
-"""A step this far from the predicted one may be the tracker's; only then the landmarks are asked."""
+"""A step with a larger misfit may be from the tracker; only then landmarks are checked."""
 FASTEST_M_PER_S = 1.5
-"""Nobody changes height faster than this."""
+"""Largest vertical speed of a person."""
 LARGEST_JUMP_M = 2.0
-"""A jump frees the height by its own size, at most by this (standard deviation, metres)."""
+"""A jump adds its own size to the uncertainty of the height, up to this limit (standard deviation, metres)."""
 DRIFT_M = 0.015
-"""Vertical drift per square root of metre walked."""
+"""Vertical drift per square root of a metre walked."""
 STAIRS_DRIFT_M = 0.05
-"""Further drift per square root of metre climbed."""
+"""Additional drift per square root of a metre climbed."""
 REST_DRIFT_M = 0.003
-"""Drift per square root of second, walking or not."""
+"""Drift per square root of a second, walking or not."""
 LOSS_M_PER_S = 0.2
-"""While tracking is lost the camera may change height by this (standard deviation)."""
+"""Vertical speed during tracking losses (standard deviation)."""
 
 
 @dataclass(frozen=True)
 class VerticalTrack:
-    """The camera's height up to an offset that wanders, at the ``f`` usable frames of a walk.
+    """The camera's height, up to a wandering offset, at the ``f`` usable frames of a walk.
 
-    ``frame`` (f,) index into the camera track; ``time_s`` (f,) from the first usable frame; ``height_m`` (f,)
-    continuous height; ``shift_m`` (f,) what was added to the tracker's vertical axis to make it so; ``variance_m2``
-    (f,) variance that the offset has gained since the start, non-decreasing; ``speed_m_s`` (f,) horizontal speed over
-    about a second.
+    ``frame`` (f,) is the index into the camera track; ``time_s`` (f,) is from the first usable frame. ``height_m`` (f,)
+    is the continuous height, and ``shift_m`` (f,) the correction of the tracker's vertical axis. ``variance_m2`` (f,)
+    is the variance of the offset since the start, non-decreasing; ``speed_m_s`` (f,) the horizontal speed over about a
+    second.
     """
 
     frame: IntArray
@@ -64,7 +64,7 @@ class VerticalTrack:
 
 
 def vertical_track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> VerticalTrack:
-    """Take jumps and re-expressions out of the camera's ``ty``; ``odometry`` is that of the same walk."""
+    """Remove jumps and re-expressions from the camera's ``ty``; ``odometry`` is that of the same walk."""
     frame, elapsed = odometry.frame, np.diff(odometry.time_s)
     logged = camera.position_acs[frame, 1]
     step = np.diff(logged)
@@ -83,9 +83,9 @@ def vertical_track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) ->
 
 
 def _common_steps(camera: CameraTrack, log: LandmarkLog, step: FloatArray, usual: FloatArray) -> FloatArray:
-    """Part (f - 1,) of each step that all landmarks made as well: the tracker re-expressed its frame.
+    """Part (f - 1,) of each step that all landmarks also made, because the tracker re-expressed its frame.
 
-    Only where it explains an odd step of the camera; landmarks that move alone are the tracker's new idea of them.
+    Only if it explains an odd step of the camera; landmarks that move alone are corrections of the tracker.
     """
     odd = np.abs(step - usual) > ODD_STEP_M
     rank = usable_rank(camera)
@@ -120,7 +120,7 @@ def _loss_variance(blind: BoolArray, elapsed: FloatArray) -> FloatArray:
 
 
 def _speed(odometry: Odometry) -> FloatArray:
-    """Horizontal speed (f,): the way between half a second before and after, m/s."""
+    """Horizontal speed (f,): distance between half a second before and after, m/s."""
     time_s = odometry.time_s
     axes = (odometry.path.real, odometry.path.imag)
     moved = [np.interp(time_s + 0.5, time_s, part) - np.interp(time_s - 0.5, time_s, part) for part in axes]
@@ -129,14 +129,14 @@ def _speed(odometry: Odometry) -> FloatArray:
 
 STILL_M_PER_S = 0.25
 SHORTEST_S = 2.0
-"""No lift is quicker."""
+"""Shortest duration of a lift ride."""
 PRESSURE_WINDOW_S = 1.0
 RIDE_WINDOW_S = 10.0
 PRESSURE_RIDE_M = 1.5
-"""Pressure must tell of this much more rise than the tracker within the window; less may be doors and ventilation."""
+"""Smallest difference between the rise by air pressure and by the tracker within the window; less may be from doors."""
 PRESSURE_SIGMA_M = 0.4
 UNSEEN_SHARE = 0.5
-"""Landmarks on different floors between which the tracker saw less than this share of the rise: the rest is a ride."""
+"""If the tracker saw less than this share of the rise between landmarks on different floors, the rest is a ride."""
 RIDE_SIGMA_M = 1.0
 LIFT_M_PER_S = 0.8
 """Usual mean speed of a lift."""
@@ -152,14 +152,14 @@ def altitude_m(pressure: PressureLog, time_ns: IntArray) -> FloatArray:
 
 
 def _running_mean(values: FloatArray, size: int) -> FloatArray:
-    """Mean (n,) of the ``size`` entries around each of the values (n,), the ends standing for what is beyond."""
+    """Mean (n,) of the ``size`` entries around each of the values (n,), which are constant beyond the ends."""
     around = np.pad(values - values[0], (size // 2, (size - 1) // 2), mode="edge")
     upto = np.concatenate(([0.0], np.cumsum(around)))
     return np.asarray(values[0] + (upto[size:] - upto[:-size]) / size)
 
 
 def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: PressureLog) -> VerticalTrack:
-    """Take the height from air pressure where it tells that the phone rose or sank and the tracker does not.
+    """Use the height by air pressure if it shows a rise that the tracker does not see.
 
     ``time_ns`` (f,) are the boot-clock times of the track's frames.
     """
@@ -167,7 +167,7 @@ def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: Pr
     ends = [np.interp(track.time_s + side * RIDE_WINDOW_S / 2, track.time_s, unseen) for side in (-1, 1)]
     riding = np.abs(ends[1] - ends[0]) > PRESSURE_RIDE_M
     step = np.where(riding, np.diff(unseen, prepend=unseen[0]), 0.0)
-    # Each ride adds the variance once, spread over its frames.
+    # The variance of a ride is added once, spread over its frames.
     ride = np.cumsum(np.diff(riding, prepend=False) & riding)
     frames = np.bincount(ride[riding], minlength=ride.max() + 1)
     variance = np.where(riding, PRESSURE_SIGMA_M**2 / np.maximum(frames[ride], 1), 0.0)
@@ -179,9 +179,9 @@ def with_rides_by_landmarks(
 ) -> VerticalTrack:
     """Put the rise that the tracker did not see between landmarks on different floors into the stillest stretch.
 
-    That is the longest still stretch between them (its middle, as long as a lift takes); where there is none, all the
-    way between. ``sighted`` (t, 2) are usable ranks of frames that sighted two such landmarks, one after the other;
-    ``rise_m`` (t,) is the height of the second landmark over the first by the survey, ``seen_m`` (t,) by the tracker.
+    That is the longest still stretch between them (its middle, for the duration of a lift ride), or the whole path
+    between. ``sighted`` (t, 2) are usable ranks of frames that sighted two such landmarks in succession. ``rise_m``
+    (t,) is the height of the second landmark above the first by the survey, ``seen_m`` (t,) by the tracker.
     """
     step, variance = np.zeros(len(track.frame)), np.zeros(len(track.frame))
     still = still_stretches(track)
@@ -207,7 +207,7 @@ def still_stretches(track: VerticalTrack) -> IntArray:
 
 
 def _stillest(still: IntArray, time_s: FloatArray, sighted: IntArray) -> IntArray:
-    """First and last rank (2,) of the longest still stretch (r, 2) between two sightings; these where there is none."""
+    """First and last rank (2,) of the longest still stretch (r, 2) between two sightings, or of these."""
     between = still.clip(*sighted)
     lasting = time_s[between[:, 1]] - time_s[between[:, 0]]
     if not len(lasting) or lasting.max() < SHORTEST_S:

@@ -13,7 +13,7 @@ import numpy as np
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 
 MIN_UNKNOWN = 2
-"""One unknown id is a new landmark or a slip; from two on, ids of another kind are looked for."""
+"""One unknown id is a new landmark or a slip; from two on, ids may follow another pattern."""
 MIN_SHARE = 0.8
 """A pattern maps at least this share of the unknown ids."""
 _SHOWN = 5
@@ -21,7 +21,7 @@ _NUMBERED = re.compile(r"(.*?)(\d+)(\D*)", re.DOTALL)
 _PADDED = re.compile(r"(?<!\d)0+(?=\d)")
 _SEPARATOR = re.compile(r"[\s_.-]+")
 _MAX_AFFIX = 40
-"""Letters of a prefix or suffix that is looked for."""
+"""Longest prefix or suffix, letters."""
 
 
 @dataclass(frozen=True)
@@ -35,30 +35,30 @@ class IdPattern:
 
     @property
     def text(self) -> str:
-        """In words, with an example: ``other prefix or suffix: tag_1 there is 1 here``."""
+        """The pattern in words, with an example: ``other prefix or suffix: tag_1 there is 1 here``."""
         theirs, ours = next(iter(self.mapping.items()))
         return f"{self.kind}: {theirs} there is {ours} here"
 
 
 @dataclass(frozen=True)
 class IdComparison:
-    """What two sets of ids have in common. ``ours`` is the reference, as a rule a table of the survey."""
+    """What two sets of ids have in common. ``ours`` is usually a table of the survey."""
 
     names: tuple[str, str]
-    """What a message calls the two sets: ``the landmark table of floor 1``."""
+    """Names of the two sets in messages, such as ``the landmark table of floor 1``."""
     ours: tuple[str, ...]
     theirs: tuple[str, ...]
     agree: tuple[str, ...]
     unknown: tuple[str, ...]
-    """Those of theirs that are not among ours."""
+    """Ids in ``theirs`` that are not in ``ours``."""
     pattern: IdPattern | None
-    """How the unknown ones are written among ours; None if no pattern explains them."""
+    """How the unknown ids are written in ``ours``; None if no pattern explains them."""
 
     @property
     def differ(self) -> bool:
         """Whether the sets are of different kinds: a pattern explains the unknown ids, or nothing agrees at all.
 
-        Unknown ids besides known ones are usual: landmarks that are not surveyed yet.
+        Some unknown ids are usual: landmarks that are not surveyed yet.
         """
         return len(self.unknown) >= MIN_UNKNOWN and (not self.agree or self.pattern is not None)
 
@@ -70,7 +70,7 @@ class IdComparison:
             for name, ids in zip(self.names, (self.ours, self.theirs), strict=True)
         ]
         agree = f"{len(self.agree)} of them agree" if self.agree else "none of them agree"
-        pattern = "no single pattern maps one to the other"
+        pattern = "no simple pattern maps one set to the other"
         if self.pattern is not None:
             pattern = f"the pattern is: {self.pattern.text}"
         return f"{', '.join(sets)}; {agree}; {pattern}"
@@ -90,9 +90,9 @@ def compare_ids(
 
 
 def _patterns(theirs: Sequence[str], ours: Sequence[str], *, every: bool) -> Iterator[IdPattern]:
-    """Patterns that explain most of theirs, the plainest first.
+    """Patterns that explain most of theirs, the simplest first.
 
-    Without ``every``, those alone that can hardly hold by chance if some ids of both sets agree already.
+    Without ``every`` only patterns that are unlikely by chance when some ids of both sets already agree.
     """
     for kind, form in _PLAIN.items():
         yield from _explained(kind, theirs, ours, form, form)
@@ -117,12 +117,12 @@ _PLAIN: Mapping[str, Callable[[str], str]] = {
     "zero padding": _without_padding,
     "upper and lower case, separators or zero padding": lambda name: _without_case(_without_padding(name)),
 }
-"""What may differ, and the form in which it does not."""
+"""What may differ, and the form without this difference."""
 _NO_AFFIX = ("", "")
 
 
 def _without_affix(affix: tuple[str, str]) -> Callable[[str], str]:
-    """What brings names with a prefix and a suffix to the form without both; empty for other names."""
+    """Return a function that removes a prefix and a suffix; it returns an empty text for other names."""
 
     def core(name: str) -> str:
         inner = name[len(affix[0]) : len(name) - len(affix[1])]
@@ -132,7 +132,7 @@ def _without_affix(affix: tuple[str, str]) -> Callable[[str], str]:
 
 
 def _affixes(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Prefixes and suffixes that all names share, the longest first; digits and parts of them belong to the id."""
+    """Prefixes and suffixes common to all names, the longest first; digits belong to the id."""
     ahead = commonprefix(names)[:_MAX_AFFIX]  # noqa: RUF071 - ids are no paths
     behind = commonprefix([name[::-1] for name in names])[:_MAX_AFFIX][::-1]  # noqa: RUF071
     heads = [ahead[:length] for length in range(len(ahead), -1, -1) if not ahead[:length][-1:].isdigit()]
@@ -163,9 +163,9 @@ def _is_enough(mapping: Mapping[str, str], theirs: Collection[str]) -> bool:
 
 
 def _shifted(theirs: Sequence[str], ours: Sequence[str]) -> Iterator[IdPattern]:
-    """Ids that are numbers, with the same letters around all, and differ by one constant.
+    """Ids that are numbers with the same letters around them and differ by a constant.
 
-    A few numbers fit a long row of others in many ways: then only a shift by one is likely.
+    A few numbers fit a long sequence in many ways, so only a shift by one is likely then.
     """
     own, other = _numbers(theirs), _numbers(ours)
     if own is None or other is None:
@@ -199,33 +199,32 @@ def _numbers(names: Sequence[str]) -> dict[str, int] | None:
 MAX_SHIFT = 5
 MIN_LANDMARKS = 3
 FITS_M, FITS_SHARE = 0.6, 0.04
-"""A distance fits within this, and this share of the way walked between both ends: as far as a tracker drifts."""
+"""Tolerance of a distance, and the additional share of the path between both ends: the drift of a tracker."""
 MAX_AS_LOGGED = 0.5
-"""Ids are suspected only if at most this share of the distances fits the table as they are ..."""
+"""Ids are suspected only if at most this share of the distances fits the table without a shift ..."""
 MIN_SHIFTED = 0.85
-"""... and believed to be shifted if at least this share fits then."""
+"""... and accepted as shifted if at least this share fits with it."""
 MIN_DISTANCES, SURE_DISTANCES = 3, 6
 MAX_AS_LOGGED_IF_FEW = 1 / 3
-"""With fewer distances than is sure, only a shift by one is believed, if all fit then and at most this share as logged.
-"""
+"""With fewer distances, only a shift by one is accepted, if all fit with it and at most this share without it."""
 MAX_SEEN = 60
-"""The first landmarks of a walk, which suffice."""
+"""Landmarks used, from the start of a walk; they suffice."""
 
 
 @dataclass(frozen=True)
 class IdShift:
-    """What to add to logged ids to get those of the table, and how many distances between landmarks fit."""
+    """The number to add to logged ids to get those of the table, and how many distances between landmarks fit."""
 
     shift: int
     as_logged: int
     shifted: int
     known_as_logged: int
-    """Distances whose two ends the table has; ``as_logged`` of them fit."""
+    """Distances between landmarks that are both in the table; ``as_logged`` of them fit."""
     known_shifted: int
 
     @property
     def text(self) -> str:
-        """By what it is known."""
+        """The evidence, in words."""
         how = f"{'adding' if self.shift > 0 else 'subtracting'} {abs(self.shift)}"
         return (
             f"{self.as_logged} of {self.known_as_logged} distances between landmarks fit the table under the logged "
@@ -236,10 +235,10 @@ class IdShift:
 def shift_by_geometry(
     ids: Sequence[str], place: ComplexArray, way_m: FloatArray, table: Mapping[str, complex]
 ) -> IdShift | None:
-    """Find the constant by which all ids of a walk are shifted; None if they are not, or that cannot be known.
+    """Find the constant by which all ids of a walk are shifted; None if they are not, or if it cannot be determined.
 
-    ``ids`` (p,) of landmarks as logged; ``place`` (p,) complex, metres, where the tracker put them, in its own frame;
-    ``way_m`` (p,) how far the walk had come then. ``table``: where the landmarks of the table are, complex metres.
+    ``ids`` (p,) of landmarks as logged; ``place`` (p,) their positions by the tracker, complex metres, in its own
+    frame; ``way_m`` (p,) distance walked until then. ``table``: positions of the table's landmarks, complex metres.
     """
     rows = [i for i, name in enumerate(ids) if _number(name) is not None][:MAX_SEEN]
     if len({ids[i] for i in rows}) < MIN_LANDMARKS or len(rows) < MIN_SHIFTED * min(len(ids), MAX_SEEN):
@@ -251,7 +250,7 @@ def shift_by_geometry(
     different = np.array([names[i] != names[j] for i, j in zip(first.tolist(), second.tolist(), strict=True)])
 
     def fit(shift: int) -> tuple[int, int]:
-        """How many distances fit and are known with a shift."""
+        """Number of distances that fit, and number of known distances, with this shift."""
         wanted = np.array([table.get(_plus(name, shift), np.nan) for name in names], dtype=np.complex128)
         true = np.abs(wanted[first] - wanted[second])
         known = np.isfinite(true) & different

@@ -1,7 +1,7 @@
-"""Whether poses can be those of a walking person: in metres, y up, right-handed, camera to world, as the IMU felt it.
+"""Check that poses can be those of a walking person: metres, y up, right-handed, camera to world, in line with the IMU.
 
-Poses that cannot, while another convention makes them plausible, are refused by the name of that convention. If no
-convention makes them plausible, a warning says what is odd. Sessions that are too short are not judged.
+If another convention makes implausible poses plausible, they are refused with the name of that convention. If no
+convention does, a warning says what is implausible. Sessions that are too short are not judged.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from vislam2tag.intake.pose_evidence import (
 
 MAX_FAST_SHARE = 0.05
 MIN_SPEED_M_S = 0.05
-"""Median speeds of walks are ten times as much, those of walks in kilometres a tenth."""
+"""A tenth of the usual median speed, and ten times that of a walk with positions in kilometres."""
 MIN_LEVEL = 0.75
-"""Hand-held phones have 0.9 and more; a frame with another axis up has 0.6 and less."""
+"""Hand-held phones have 0.9 and more; a frame with another axis up has at most 0.6."""
 MAX_HEAVE = 0.4
-"""Walks on floors have about 0.15, staircases up to 0.55, and no other convention makes them look ahead more."""
+"""Walks on one floor have about 0.15 and staircases up to 0.55, but no other convention fits them better."""
 MIN_AHEAD = -0.5
-"""People do not walk backwards all the way."""
+"""People do not walk backwards during a whole walk."""
 SAME_AHEAD = 0.02
 MORE_AHEAD = 0.2
-"""Walks on stairs look ahead as much as others; poses with other axes look aside."""
+"""On stairs people look ahead as much as elsewhere; poses with wrong axes look sideways."""
 MAX_STRETCH = 2.0
-"""Cameras see landmarks from a few metres, so that distances between landmarks are off by less; feet make 3.3."""
+"""Landmarks are seen from a few metres, so distances between them have smaller errors than this; feet give 3.3."""
 PERSON_M_S = (0.2, 3.0)
-"""Another convention must make the median speed that of a person."""
+"""Range of a person's median speed, which another convention must reach."""
 MAX_TILT_DEG = 10.0
 MIN_EXPLAINED = 0.5
 MIRRORED_BETTER = 0.02
@@ -45,7 +45,7 @@ MIN_FRAMES = 10
 MAX_SIGHT_M = 10.0
 """Trackers recognise printed landmarks from a few metres."""
 MAX_PICTURE_SIGHT_M = 30.0
-"""Large tags are found in pictures from so far."""
+"""Largest distance at which large tags are found in pictures."""
 MAX_INVERTED_PART = 0.5
 """Landmark poses are inverted if their inverses are less than half as far from the camera."""
 MIN_LANDMARKS = 2
@@ -54,7 +54,7 @@ MIN_LANDMARKS = 2
 def pose_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, file: str) -> list[Finding]:
     """Report poses of ``file`` in another unit or convention, and landmarks that are seen from too far away.
 
-    ``landmarks`` are those surveyed, in the frame that the session is mapped in.
+    ``landmarks`` are the surveyed ones, in the frame in which the session is mapped.
     """
     usable = camera.usable
     time_ns = camera.time_ns[usable]
@@ -63,14 +63,14 @@ def pose_findings(camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, f
     poses = Poses.of(time_ns, camera.position_acs[usable], camera.orientation_acs[usable])
     way_m = np.linalg.norm(np.diff(poses.position, axis=0), axis=1).sum()
     if way_m < MIN_WAY_M:
-        return [_not_judged(f"the way is {way_m:.1f} m long", file)]
+        return [_not_judged(f"the path is {way_m:.1f} m long", file)]
     inertial = Inertial.of(camera.inertial, poses, int(time_ns[0]), camera.pose_lag_s or 0.0)
     sights = _sights(camera, log, landmarks, poses, int(time_ns[0]))
     return [*_conventions(poses, inertial, sights, file), *_far_landmarks(camera, log)]
 
 
 def _not_judged(why: str, file: str) -> Finding:
-    message = f"{why}: too short to judge whether a person walked so, in metres and with y up"
+    message = f"{why}: too little to check that units and axes (metres, y up) are plausible for a person who walks"
     return Finding(kind="poses_not_judged", file=file, count=1, message=message, severity=Severity.INFO)
 
 
@@ -96,17 +96,17 @@ def _conventions(poses: Poses, inertial: Inertial | None, sights: Sights, file: 
     others = [each for each in CONVENTIONS if _explains(as_read[each.name], evidence)]
     what = " and ".join(odd)
     if odd == [_up_and_down(evidence)]:
-        # Stairs and lifts lead up and down, too, but the camera looks where it goes.
+        # Stairs and lifts also go up and down, but the camera looks in the direction of the walk.
         others = [each for each in others if not as_read[each.name].ahead < evidence.ahead + MORE_AHEAD]
         if not others:
             return []
     if not others:
-        message = f"{what}: labels of this session are doubtful; check how the file was written"
+        message = f"{what}; labels of this session may be wrong. Check how the file was written"
         return [Finding(kind="implausible_poses", file=file, count=1, message=message)]
-    # A camera that looks back may really be carried so, and vehicles are fast; all else makes positions wrong.
+    # A phone can really be carried facing backwards, and vehicles are fast. Anything else makes positions wrong.
     harmless = odd == [_back(evidence)] or (others[0].vehicle_alike and np.isnan(evidence.stretch))
     severity = Severity.WARNING if harmless else Severity.ERROR
-    message = f"{what}. It looks as if {', or '.join(other.name for other in others)}. {others[0].cure}"
+    message = f"{what}. Probably {', or '.join(other.name for other in others)}. {others[0].cure}"
     return [Finding(kind="pose_convention", file=file, count=1, message=message, severity=severity)]
 
 
@@ -119,15 +119,15 @@ def _explains(other: PoseEvidence, evidence: PoseEvidence) -> bool:
 
 
 def _up_and_down(evidence: PoseEvidence) -> str:
-    return f"{evidence.heave:.0%} of the way leads up and down"
+    return f"{evidence.heave:.0%} of the path goes up and down"
 
 
 def _back(evidence: PoseEvidence) -> str:
-    return f"the camera looks back all the way (mean cosine {evidence.ahead:.2f})"
+    return f"the camera looks backwards during the whole walk (mean cosine {evidence.ahead:.2f})"
 
 
 def _oddities(evidence: PoseEvidence) -> list[str]:
-    """What no walk has, in words."""
+    """What no real walk shows, in words."""
     odd = []
     if evidence.fast_share > MAX_FAST_SHARE:
         odd.append(f"the camera is faster than {FAST_M_S:g} m/s for {evidence.fast_share:.0%} of the time")
@@ -138,7 +138,7 @@ def _oddities(evidence: PoseEvidence) -> list[str]:
     if evidence.level < MIN_LEVEL and not _felt_level(evidence.inertial):
         odd.append(
             f"the camera is not held level (mean upward direction {evidence.level:.2f}, expected about 0.9 unless the "
-            "phone was turned on the way)"
+            "phone was turned during the walk)"
         )
     if evidence.heave > MAX_HEAVE:
         odd.append(_up_and_down(evidence))
@@ -153,7 +153,7 @@ def _against_imu(match: InertialMatch | None) -> list[str]:
     if match.tilt_deg > MAX_TILT_DEG:
         return [f"gravity in the accelerometer is {match.tilt_deg:.0f} degrees from the poses' upward direction"]
     if match.explained < MIN_EXPLAINED or match.explained_mirrored > match.explained + MIRRORED_BETTER:
-        return ["the gyroscope contradicts the turns of the poses (or its clock is not theirs)"]
+        return ["the gyroscope contradicts the turns of the poses (or the two have different clocks)"]
     return []
 
 
@@ -175,8 +175,8 @@ def _far_landmarks(camera: CameraTrack, log: LandmarkLog) -> list[Finding]:
     if away_m <= MAX_SIGHT_M and not near_if_inverted:
         return []
     message = (
-        f"landmarks are {away_m:.0f} m from the camera when they are first seen (median), and are recognised from "
-        f"{MAX_SIGHT_M:g} m at most: their poses have another convention than those of the camera, or another origin; "
+        f"landmarks are {away_m:.0f} m from the camera when they are first seen (median), but a tracker recognises "
+        f"them from {MAX_SIGHT_M:g} m at most. Their poses have another convention or origin than the camera's poses; "
         "landmark to ACS is expected"
     )
     severity = Severity.ERROR if near_if_inverted or away_m > MAX_PICTURE_SIGHT_M else Severity.WARNING

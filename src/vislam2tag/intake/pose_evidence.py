@@ -1,4 +1,4 @@
-"""What a log of poses says of itself, as it is and as each convention reads it that it may have by mistake."""
+"""Evidence in a log of poses for and against each convention in which it may be written."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from vislam2tag.core.context import InertialLog
 from vislam2tag.core.transforms import rotated
 
 FRAME_S = 0.1
-"""Frames are thinned out to this distance in time: walks need no closer look."""
+"""Frames are thinned to this interval."""
 MAX_STEP_S = 2.0
-"""Frames farther apart are not neighbours."""
+"""Frames with a longer gap between them are not neighbours."""
 MIN_WAY_M = 5.0
 """Shorter walks are not judged."""
 FAST_M_S = 4.0
-"""Walkers stay below; trackers that correct themselves exceed it for moments only."""
+"""Walkers stay below this; trackers that correct themselves exceed it only for moments."""
 _JUMPS = 0.02
-"""Share of the steps, the fastest ones, that do not count for the usual speed."""
+"""Share of the fastest steps that are ignored for the usual speed."""
 _JUMP_FACTOR = 5.0
-"""Steps that are so many times as fast as usual are jumps."""
+"""Steps faster than the usual speed by this factor are jumps."""
 _FORCE_S = 0.5
 """Half the time over which accelerations are averaged: about one step."""
 _ABSURD = 1e4
-"""Greater readings come from a damaged file, m/s2 and rad/s."""
+"""Larger readings come from a damaged file, m/s2 and rad/s."""
 _SAME_TURN_RAD_S = 0.5
 """Turn rates of poses and gyroscope differ by less in magnitude, whatever the convention, except at tracker resets."""
 _UNTURNED = 0.99
-"""A camera whose mean direction is almost as long as a single one never turns: it says nothing of where it looks."""
+"""If the mean viewing direction is almost as long as a unit vector, the camera never turns and shows no direction."""
 MIN_APART_M = 10.0
-"""Distances between landmarks are compared from here on: cameras see them from a few metres."""
+"""Distances between landmarks are compared from this length on, because cameras see landmarks from a few metres."""
 _MIN_DISTANCES = 3
 _MIN_PAIRS = 100
 _MIN_TURN_RAD_S = 0.05
-"""Where poses and gyroscope turn less (root mean square), they cannot be compared."""
+"""If poses and gyroscope turn less than this (root mean square), they cannot be compared."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Inertial:
 
     @classmethod
     def of(cls, log: InertialLog | None, poses: Poses, start_ns: int, lag_s: float) -> Inertial | None:
-        """Readings on the clock of poses that begin at ``start_ns`` and are stamped ``lag_s`` late.
+        """Return the readings on the clock of poses that begin at ``start_ns`` and whose stamps are ``lag_s`` late.
 
         None if the two cannot be compared: no common time, no turns, or turn rates of different magnitude.
         """
@@ -90,7 +90,7 @@ class Inertial:
 
 @dataclass(frozen=True)
 class Sights:
-    """First sights of surveyed landmarks: ``pose`` (k,) its index, ``position_bcs`` (k, 2) of the landmark, metres."""
+    """First sightings of surveyed landmarks: ``pose`` (k,) index, ``position_bcs`` (k, 2) of the landmark, metres."""
 
     pose: IntArray
     position_bcs: FloatArray
@@ -110,20 +110,20 @@ class InertialMatch:
 
 @dataclass(frozen=True)
 class PoseEvidence:
-    """What speaks for and against one reading of the poses."""
+    """Evidence for and against one interpretation of the poses."""
 
     speed_m_s: float
-    """Half of the way is faster; jumps of the tracker do not count."""
+    """Speed that half of the path exceeds, without jumps of the tracker."""
     fast_share: float
     """Share of the time faster than :data:`FAST_M_S`."""
     level: float
     """Length of the mean upward direction in the axes of the camera: 1 for a phone that is never tilted."""
     heave: float
-    """Vertical part of the way."""
+    """Vertical share of the path."""
     ahead: float
     """Mean cosine between the horizontal directions in which the camera looks and moves; NaN if it never turns."""
     stretch: float
-    """How many times as long as surveyed the distances between landmarks are, median; NaN if there are too few."""
+    """Median ratio of the distances between landmarks to the surveyed ones; NaN if there are too few."""
     inertial: InertialMatch | None
     """None if the IMU cannot be compared."""
 
@@ -150,7 +150,7 @@ class PoseEvidence:
 
 
 def _usual_speed(length: FloatArray, step_s: FloatArray) -> float:
-    """Speed that half of the way exceeds, without the jumps of a tracker that corrects itself."""
+    """Speed that half of the path exceeds, without the jumps of a tracker that corrects itself."""
     if not len(length):
         return 0.0
     speed = length / step_s
@@ -163,7 +163,7 @@ def _usual_speed(length: FloatArray, step_s: FloatArray) -> float:
 def _stretch(poses: Poses, sights: Sights) -> float:
     """Median ratio of the distances between landmarks as walked, from where they were seen, and as surveyed.
 
-    Landmarks are compared that no jump of the tracker parts: after one, it may have another frame.
+    Pairs of landmarks with a jump of the tracker between them are not compared, because the frame may have changed.
     """
     step_s, length = np.diff(poses.time_s), np.linalg.norm(np.diff(poses.position, axis=0), axis=1)
     jump = (step_s > MAX_STEP_S) | (length > _JUMP_FACTOR * _usual_speed(length, step_s) * step_s)
@@ -247,12 +247,12 @@ class Convention:
     """A convention other than the one expected."""
 
     name: str
-    """A clause that ends "it looks as if": ``poses map the world to the camera``."""
+    """A clause for messages: ``poses map the world to the camera``."""
     cure: str
     read: Callable[[Poses], Poses]
-    """Turns poses in this convention into poses as expected."""
+    """Converts poses from this convention to the expected one."""
     vehicle_alike: bool = False
-    """Whether poses look the same if they are right, but of someone on a vehicle."""
+    """Whether correct poses of someone in a vehicle look the same."""
 
 
 def _inverted(poses: Poses) -> Poses:
@@ -261,7 +261,7 @@ def _inverted(poses: Poses) -> Poses:
 
 
 def _in_axes(axes: FloatArray) -> Callable[[Poses], Poses]:
-    """The frame, and for a reflection the camera too, has other axes."""
+    """The frame has other axes, and so has the camera in a reflection."""
     camera = axes.T if np.linalg.det(axes) < 0 else np.eye(3)
     return lambda poses: replace(poses, position=poses.position @ axes.T, rotation=axes @ poses.rotation @ camera)
 
@@ -287,39 +287,39 @@ def _real_part_first(poses: Poses) -> Poses:
 
 
 CONVENTIONS = (
-    Convention("poses map the world to the camera", "Invert each pose: camera to world is expected.", _inverted),
-    Convention("the z axis points up", "Write x, z, -y instead: the y axis must point up.", _in_axes(_Z_UP)),
-    Convention("y and z are exchanged", "Exchange them: the y axis must point up.", _in_axes(_SWAP)),
+    Convention("poses map the world to the camera", "Invert each pose; the format expects camera to world.", _inverted),
+    Convention("the z axis points up", "Write x, z, -y instead; the y axis must point up.", _in_axes(_Z_UP)),
+    Convention("y and z are exchanged", "Exchange them; the y axis must point up.", _in_axes(_SWAP)),
     Convention(
-        "the z axis of the positions, but not of the orientations, points up",
-        "Write the positions as x, z, -y: the y axis must point up.",
+        "the z axis points up in the positions, but not in the orientations",
+        "Write the positions as x, z, -y; the y axis must point up.",
         _with_positions(_Z_UP),
     ),
     Convention(
         "y and z of the positions are exchanged",
-        "Exchange them: the y axis must point up.",
+        "Exchange them; the y axis must point up.",
         _with_positions(_SWAP),
     ),
     Convention(
-        "the frame is left-handed, as Unity's",
-        "Change the signs of z, qx and qy: a right-handed frame is expected.",
+        "the frame is left-handed, like that of Unity",
+        "Change the signs of z, qx and qy; the format expects a right-handed frame.",
         _in_axes(_MIRROR),
     ),
-    Convention("quaternions begin with their real part w", "Write qx, qy, qz, qw in this order.", _real_part_first),
+    Convention("the quaternions begin with the real part w", "Write qx, qy, qz, qw in this order.", _real_part_first),
     Convention(
-        "the camera's y axis points down and its z axis ahead",
-        "Turn each orientation by half a turn about the camera's x axis: y must point up, z back.",
+        "the camera's y axis points down and its z axis forward",
+        "Rotate each orientation by 180 degrees about the camera's x axis; y must point up, z backwards.",
         lambda poses: replace(poses, rotation=poses.rotation @ np.diag((1.0, -1.0, -1.0))),
     ),
-    Convention("times are in milliseconds", "Divide them by 1000: seconds are expected.", _of_time(1e-3)),
-    Convention("times are in microseconds", "Divide them by 1,000,000: seconds are expected.", _of_time(1e-6)),
-    Convention("lengths are in millimetres", "Divide them by 1000: metres are expected.", _of_length(1e-3)),
-    Convention("lengths are in centimetres", "Divide them by 100: metres are expected.", _of_length(1e-2)),
+    Convention("times are in milliseconds", "Divide them by 1000; the format expects seconds.", _of_time(1e-3)),
+    Convention("times are in microseconds", "Divide them by 1,000,000; the format expects seconds.", _of_time(1e-6)),
+    Convention("lengths are in millimetres", "Divide them by 1000; the format expects metres.", _of_length(1e-3)),
+    Convention("lengths are in centimetres", "Divide them by 100; the format expects metres.", _of_length(1e-2)),
     Convention(
         "lengths are in feet",
-        "Multiply them by 0.3048: metres are expected.",
+        "Multiply them by 0.3048; the format expects metres.",
         _of_length(0.3048),
         vehicle_alike=True,
     ),
 )
-"""In the order in which they are named."""
+"""In the order in which messages name them."""

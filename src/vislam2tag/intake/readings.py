@@ -1,9 +1,9 @@
-"""Radio readings that enter: addresses in one notation, levels in a range, and which level means "not heard".
+"""Input rules for radio readings: address notation, range of levels, and the level that means "not heard".
 
-The last is the level that a table's format states, or a filler that is found. A filler fills many cells of most columns
-and is at the edge of the range of all other levels, or outside of it. Measured levels vary: none of them fills half of
-a table, and the least and the greatest are the rarest. A receiver that reports all weak signals by one level makes a
-peak there, too: a smaller peak next to the other levels stays a question.
+The "not heard" level is stated by a table's format, or it is a filler that is detected. A filler fills many cells of
+most columns and is at the edge of the range of all other levels, or outside it. Measured levels vary: none of them
+fills half of a table, and the smallest and the largest are the rarest. A receiver that reports all weak signals with
+one level also makes a peak there, so the user is asked about a smaller peak next to the other levels.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 
-CURE = "Leave such levels out of the file, or write them in dBm."
+CURE = "Remove such levels from the file, or write them in dBm."
 _LEVELS = "signal strengths"
-_CAUSE = "0, 127 and -127 stand for 'no value', 100 for 'not heard', or the file has another unit"
+_CAUSE = "0, 127 and -127 often mean 'no value' and 100 'not heard', or the file uses another unit"
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,9 @@ class LevelRange:
 
 
 SIGNAL_STRENGTH = LevelRange(-126.0, -1.0)
-"""Receivers report whole dBm. -127 is how Android (``WifiInfo``) and 127 how Bluetooth (Core, HCI) say "no value", and
-drivers that measured nothing report 0. Above, a transmitter of 20 dBm at a hand's breadth arrives with less than
--1 dBm, and receivers saturate before; below -126 dBm is less than the thermal noise of 1 MHz (-114 dBm).
+"""Receivers report whole dBm. "No value" is -127 in Android (``WifiInfo``), 127 in Bluetooth (Core, HCI), and 0 in
+drivers that measured nothing. The upper bound: a transmitter of 20 dBm at a hand's breadth arrives with less than -1
+dBm, and receivers saturate before. The lower bound: -126 dBm is below the thermal noise of 1 MHz (-114 dBm).
 """
 _WITH_ZERO = replace(SIGNAL_STRENGTH, greatest=0.0)
 _MEASURE_ZERO = frozenset({"uji"})
@@ -59,23 +59,26 @@ def strength_of(formats: Iterable[str]) -> LevelRange:
 
 
 def in_range(level_dbm: float, strength: LevelRange = SIGNAL_STRENGTH) -> bool:
-    """Whether a single level can be true."""
+    """Whether a level is in the range."""
     return strength.least <= level_dbm <= strength.greatest
 
 
 def may_lack_its_sign(level: float) -> bool:
-    """Whether a level is positive as if its sign was lost; 100 stands for "not heard"."""
+    """Whether a level is positive as if its minus sign was lost; 100 means "not heard"."""
     return level != NOT_HEARD and in_range(-level)
 
 
 def is_sign_lost(positive: int, levels: int) -> bool:
-    """Whether so many levels of a file's are positive that the sign was lost on the way."""
+    """Whether so many levels of a file are positive that the minus sign was lost."""
     return 2 * positive > levels
 
 
 def lost_sign(file: str, count: int, lines: list[int], done: str) -> Finding:
     """Report positive levels of a file in which most are; ``lines`` are the first ones of ``count``."""
-    message = f"most levels of the file are positive: the sign was lost (65 for -65); {done}. Negate the levels."
+    message = (
+        f"most levels of the file are positive, so the minus sign is missing (65 instead of -65); {done}. Negate the "
+        "levels."
+    )
     finding = Finding.at_lines("lost_sign", file, lines, message)
     return finding.model_copy(update={"count": count})
 
@@ -85,7 +88,7 @@ def level_findings(
 ) -> list[Finding]:
     """Report the levels of ``rows`` (``row``, ``rssi_dbm``) that are out of range; ``done`` says what happens to them.
 
-    Null is no level. ``of`` is how many levels the file has, if ``rows`` are only some of them.
+    Null is not a level. ``of`` is the number of levels in the file if ``rows`` are only some of them.
     """
     levels = rows.select("row", pl.col("rssi_dbm").cast(pl.Float64)).drop_nulls()
     odd = levels.filter(~strength.contains(pl.col("rssi_dbm")))
@@ -103,12 +106,12 @@ def without_absurd_levels(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, 
 
 
 def measured() -> pl.Expr:
-    """The column ``rssi_dbm`` (float32), null where it is out of range."""
+    """The column ``rssi_dbm`` (float32), null if it is out of range."""
     return pl.when(SIGNAL_STRENGTH.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
 
 
 _OCTETS = (1, 2, 3, 6)
-"""Octets that a group between separators has: ``aa:bb:cc:dd:ee:ff``, ``aabb.ccdd.eeff``, ``aabbcc-ddeeff``, none."""
+"""Possible numbers of octets in a group: ``aa:bb:cc:dd:ee:ff``, ``aabb.ccdd.eeff``, ``aabbcc-ddeeff``, none."""
 _ADDRESS = re.compile(
     "|".join(
         rf"[0-9a-f]{{{2 * size}}}(?:{separator}[0-9a-f]{{{2 * size}}}){{{6 // size - 1}}}"
@@ -118,20 +121,20 @@ _ADDRESS = re.compile(
 )
 _UUID = re.compile(r"([0-9a-f]{8})-?([0-9a-f]{4})-?([0-9a-f]{4})-?([0-9a-f]{4})-?([0-9a-f]{12})(-\d+-\d+)?")
 _HASH_DIGITS = 32
-"""A keyed hash in place of an address has the digits of a UUID without dashes."""
+"""A keyed hash that replaces an address has the digits of a UUID without dashes."""
 MASKED = frozenset({"", "02:00:00:00:00:00", "00:00:00:00:00:00", "ff:ff:ff:ff:ff:ff"})
-"""What is written where an address is not known, in the one notation."""
+"""Values that are written for an unknown address, in the normal notation."""
 NO_ADDRESS = (
-    "Possible cause: Android gives an app without the location permission 02:00:00:00:00:00 in place of every address; "
-    "recorders write zeros, ones or nothing for an unknown one. Grant the app the permission (precise location) "
-    "and record again."
+    "Possible cause: without the location permission Android reports 02:00:00:00:00:00 for every address, and some "
+    "recorders write zeros, ones or nothing for an unknown one. Grant the app the precise location permission and "
+    "record again."
 )
 
 
 def normal_address(text: str) -> str:
     """Write an address in lower case with colons, a UUID in lower case with dashes; other names stay as they are.
 
-    A UUID may be followed by an iBeacon's major and minor. 32 digits alone stay: they may be a keyed hash.
+    A UUID may be followed by an iBeacon's major and minor. 32 digits alone are kept: they may be a keyed hash.
     """
     name = text.strip()
     lower = name.lower()
@@ -142,13 +145,13 @@ def normal_address(text: str) -> str:
 
 
 def normal_uuid(text: str) -> str:
-    """Write a UUID in lower case with dashes, from 32 digits, too; anything else stays as it is."""
+    """Write a UUID in lower case with dashes, also if it is 32 digits; return anything else unchanged."""
     name = text.strip()
     return _with_dashes(name.lower()) or name
 
 
 def is_masked(text: str) -> bool:
-    """Whether a name in any notation stands for an address that is not known."""
+    """Whether a name, in any notation, is a placeholder for an unknown address."""
     return normal_address(text) in MASKED
 
 
@@ -177,9 +180,9 @@ def _in_normal_form(column: pl.Series, form: Callable[[str], str]) -> pl.Series:
 def with_addresses(
     rows: pl.DataFrame, column: str, file: str, known: pl.Expr | None = None
 ) -> tuple[pl.DataFrame, list[Finding]]:
-    """Bring a column of addresses to the one notation; leave rows out that name none, and report them.
+    """Normalise a column of addresses, skip rows without an address, and report them.
 
-    Rows have their line as ``row``; those that are ``known`` by something else than their address stay.
+    Column ``row`` is the line of a row. Rows that are ``known`` by something else than their address are kept.
     """
     named = rows.with_columns(normal_addresses(rows[column]))
     masked = pl.col(column).is_null() | pl.col(column).is_in(list(MASKED))
@@ -192,15 +195,15 @@ def with_addresses(
 
 
 def masked_addresses(file: str, lines: list[int], names: list[str]) -> Finding:
-    """Report lines that are left out because their names stand for addresses that are not known."""
+    """Report lines that are skipped because their names are placeholders for unknown addresses."""
     found = ", ".join(name or "an empty field" for name in sorted(names))
-    verb = "is no address" if len(names) == 1 else "are no addresses"
-    message = f"{found} {verb}; these rows are left out. {NO_ADDRESS}"
+    verb = "is not an address" if len(names) == 1 else "are not addresses"
+    message = f"{found} {verb}; these rows are skipped. {NO_ADDRESS}"
     return Finding.at_lines("masked_addresses", file, lines, message)
 
 
 KINDS = frozenset({"absurd_levels", "lost_sign", "masked_addresses"})
-"""Of the findings about them."""
+"""Kinds of findings about readings."""
 
 
 def admitted(
@@ -208,7 +211,7 @@ def admitted(
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """Admit readings (``row``, ``rssi_dbm`` and the column ``sender`` of addresses) and report what is odd.
 
-    Rows without an address are left out, except those that are ``known`` by something else; levels out of range become
+    Rows without an address are skipped, except those that are ``known`` by something else; levels out of range become
     null.
     """
     named, masked = with_addresses(rows, sender, file, known)
@@ -219,16 +222,16 @@ def admitted(
 _MIN_CELLS = 6
 """Fewer equal levels may be chance."""
 _MAX_SHARE = 0.5
-"""No measured level is in so large a share of the cells."""
+"""No measured level has a larger share of the cells."""
 _MANY = 0.1
 _PEAK = 3
-"""A filler that does not fill most cells is in so many times as many as any other level."""
+"""A filler that does not fill most cells is this many times as frequent as any other level."""
 _GAP_DB = 10.0
-"""Measured levels do not leave so wide a gap before one that is frequent."""
+"""Measured levels do not leave a wider gap next to a frequent level."""
 
 
 class Judgement(Enum):
-    """What is known of a table's filler."""
+    """Result of the search for a table's filler."""
 
     NONE = "none"
     FOUND = "found"
@@ -237,14 +240,14 @@ class Judgement(Enum):
 
 @dataclass(frozen=True)
 class Filler:
-    """A level that stands for "not heard" though nothing states so, or that may (``ASK``)."""
+    """A level that means "not heard" although nothing states so, or that may mean it (``ASK``)."""
 
     judgement: Judgement
     level: float = float("nan")
     share: float = 0.0
-    """Of the table's cells with a level."""
+    """Share of the table's cells with a level."""
     nearest: float = float("nan")
-    """The nearest other level; NaN if there is none."""
+    """The closest other level; NaN if there is none."""
 
 
 _NO_FILLER = Filler(Judgement.NONE)
@@ -253,8 +256,8 @@ _NO_FILLER = Filler(Judgement.NONE)
 def filler_of(heard: pl.DataFrame, access_points: int, stated: int, strength: LevelRange) -> Filler:
     """Judge which level of a table is its filler.
 
-    ``heard``: ``bssid`` and ``rssi_dbm`` of all cells that are neither empty nor have the stated level; ``stated``: how
-    many these are.
+    ``heard``: ``bssid`` and ``rssi_dbm`` of all cells that are neither empty nor have the stated level; ``stated``: the
+    number of cells with the stated level.
     """
     counts = (
         heard.group_by("rssi_dbm")
@@ -270,7 +273,7 @@ def filler_of(heard: pl.DataFrame, access_points: int, stated: int, strength: Le
 
 
 def _outside(odd: pl.DataFrame, cells: int) -> Filler | None:
-    """A level out of range that is most of all such levels; several different ones have another cause."""
+    """A level out of range that makes up most of all such levels; several different ones have another cause."""
     if odd.is_empty():
         return None
     top = odd.sort("cells").row(-1, named=True)
@@ -280,7 +283,7 @@ def _outside(odd: pl.DataFrame, cells: int) -> Filler | None:
 
 
 def _at_edge(levels: pl.DataFrame, known: int) -> Filler:
-    """The least or the greatest level, if it is far too frequent to be one; ``known`` cells are not heard anyway."""
+    """The smallest or largest level, if it is too frequent to be measured; ``known`` cells are not heard anyway."""
     cells = int(levels["cells"].sum())
     if levels.height < 2:
         alone = levels.row(0, named=True) if levels.height and not known else None
@@ -307,13 +310,13 @@ def _judged(levels: pl.DataFrame, edge: int, cells: int, known: int) -> Filler:
 
 
 def filler_found(file: str, filler: Filler, cells: int, stated: float | None) -> Finding:
-    """Report a filler that is taken as "not heard"."""
+    """Report a filler that is read as "not heard"."""
     instead = "" if stated is None else f", not {stated:g} as the format states"
     where = "the most frequent level out of range" if math.isnan(filler.nearest) else "the most frequent level"
     edge = "" if math.isnan(filler.nearest) else " and at the edge of all others"
     message = (
-        f"{filler.level:g} is {where} ({100 * filler.share:.0f} % of the levels){edge}: it stands for 'not heard' "
-        f"here{instead}, and is left out. No action needed if that is right"
+        f"{filler.level:g} is {where} ({100 * filler.share:.0f} % of the levels){edge}, so it is read as 'not "
+        f"heard'{instead}. No action needed if that is right"
     )
     return Finding(kind="unstated_filler", file=file, count=cells, message=message)
 
@@ -321,16 +324,16 @@ def filler_found(file: str, filler: Filler, cells: int, stated: float | None) ->
 def all_heard(file: str, rows: int) -> Finding:
     """Report that a table has no cell that is not heard, and no filler that could be recognised."""
     message = (
-        "every access point is heard in every row; if a level stands for 'not heard', it could not be recognised. "
-        "No action needed if all were heard; else give --not-heard LEVEL"
+        "every access point is heard in every row. No action needed if that is right; if a level means 'not heard', "
+        "pass it with --not-heard LEVEL"
     )
     return Finding(kind="all_heard", file=file, count=rows, message=message, severity=Severity.WARNING)
 
 
 def question(filler: Filler, stated: float) -> str:
-    """Ask what a level stands for that may be a filler."""
-    near = "no other level is there" if math.isnan(filler.nearest) else f"the next level is {filler.nearest:g}"
+    """Ask for the meaning of a level that may be a filler."""
+    near = "there is no other level" if math.isnan(filler.nearest) else f"the next level is {filler.nearest:g}"
     return (
-        f"{100 * filler.share:.0f} % of the levels are {filler.level:g} ({near}): does it stand for 'not heard', "
-        f"or was it measured? Give --not-heard {filler.level:g} in the first case, --not-heard {stated:g} in the second"
+        f"{100 * filler.share:.0f} % of the levels are {filler.level:g} ({near}). If it means 'not heard', pass "
+        f"--not-heard {filler.level:g}; if it was measured, pass --not-heard {stated:g}"
     )

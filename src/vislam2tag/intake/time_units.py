@@ -1,4 +1,5 @@
-"""The unit of a table's times: recognised if the stated one cannot be, by rate, duration and other tables' clock."""
+"""Detect the unit of a table's times if the stated unit is impossible, by rate, duration and the clock of other
+tables."""
 
 from __future__ import annotations
 
@@ -15,34 +16,35 @@ _GREATEST_NS = 2**63 - 1
 
 @dataclass(frozen=True)
 class Steps:
-    """How far apart rows may be in time, seconds."""
+    """Possible intervals between rows, seconds."""
 
     least_s: float
     greatest_s: float
 
     def contain(self, step_ns: float) -> bool:
-        """Whether a usual step is possible."""
+        """Whether this usual interval is possible."""
         return self.least_s * 1e9 <= step_ns <= self.greatest_s * 1e9
 
 
 FRAMES = Steps(1 / 300, 10.0)
 """No tracker has 300 frames a second; some apps log a pose at keyframes only."""
 READINGS = Steps(2e-4, 2.0)
-"""Inertial sensors have up to 1,000 readings a second, loggers write some of them in blocks."""
+"""Inertial sensors give up to 1,000 readings a second; some loggers write them in blocks."""
 SCANS = Steps(0.05, 600.0)
 ANY = Steps(0.0, np.inf)
-"""For times that say nothing by their rate, such as presses."""
+"""For times without a rate, such as presses."""
 DURATION = Steps(1.0, 86_400.0)
-"""How long a walk may last."""
+"""Possible durations of a walk."""
 MIN_STEPS = 10
-"""Fewer steps say nothing of how long a walk lasts."""
+"""The duration is judged only with at least this many steps."""
 _UNIX_S = (1_262_304_000.0, 2_051_222_400.0)
-"""Unix time from 2010 to 2035: a clock that began at the start of a phone never shows so much in nanoseconds."""
+"""Unix time from 2010 to 2035; a clock that starts with the phone never reaches such values in nanoseconds."""
 
 
 @dataclass(frozen=True)
 class _Times:
-    """Times as read, ns: ``step_ns`` usual, NaN if unknown; ``span_ns`` so long they last, NaN if it says nothing."""
+    """Times as read, ns: ``step_ns`` usual interval, NaN if unknown; ``span_ns`` duration, NaN if there are few
+    steps."""
 
     first_ns: float
     last_ns: float
@@ -54,7 +56,7 @@ class _Times:
     @classmethod
     def of(cls, time_ns: IntArray, rate_ns: IntArray, steps: Steps, clock_ns: IntArray | None) -> _Times:
         apart = np.diff(np.unique(rate_ns))
-        # Gaps are no steps, and rows that are logged in pairs or blocks have the mean distance.
+        # Gaps are not steps; rows that are logged in pairs or blocks have the mean interval.
         usual = float(apart[apart <= np.quantile(apart, 0.99, method="higher")].mean()) if len(apart) else np.nan
         known = steps is not ANY and len(apart) >= MIN_STEPS
         clock = (float(clock_ns.min()), float(clock_ns.max())) if clock_ns is not None and len(clock_ns) else None
@@ -68,7 +70,7 @@ class _Times:
 
     @property
     def as_stated(self) -> bool:
-        """Whether the stated unit is possible; slow rows are, since tables have gaps."""
+        """Whether the stated unit is possible. Slow rows are possible, because tables have gaps."""
         if self.is_unix(1.0):
             return True
         too_fast = self.step_ns < self.steps.least_s * 1e9
@@ -81,19 +83,19 @@ class _Times:
         return self.first_ns * factor <= self.clock_ns[1] and self.last_ns * factor >= self.clock_ns[0]
 
     def is_unix(self, factor: float) -> bool:
-        """Whether the times, multiplied by a factor, are Unix time of our days."""
+        """Whether the times, multiplied by a factor, are recent Unix time."""
         return _UNIX_S[0] <= self.first_ns * factor / 1e9 and self.last_ns * factor / 1e9 <= _UNIX_S[1]
 
 
 def recognised_ns(
     time_ns: IntArray, rate_ns: IntArray, steps: Steps, file: str, stated: str, clock_ns: IntArray | None = None
 ) -> tuple[IntArray, list[Finding]]:
-    """Times (k,) that were read in the ``stated`` unit, in ns, and a finding if they are in another unit.
+    """Return times (k,) that were read in the ``stated`` unit, in ns, and a finding if they are in another unit.
 
-    ``rate_ns`` (r,) are the times of the rows whose distance in time ``steps`` limits; ``clock_ns`` those of usable
-    frames, or of sensor readings. The stated unit stays if it makes rate and duration possible and the times meet the
-    clock. It is replaced by a unit that does: by one that makes the times Unix time, else the shortest. If only the
-    clock speaks against the stated unit, exactly one other must mend that.
+    ``rate_ns`` (r,) are the times of the rows whose interval ``steps`` limits; ``clock_ns`` those of usable frames or
+    of sensor readings. The stated unit stays if it makes rate and duration possible and the times overlap the clock.
+    Otherwise a unit that does all this replaces it: one that makes the times Unix time, else the shortest. If only the
+    clock contradicts the stated unit, it is replaced only if exactly one other unit fits.
     """
     if len(time_ns) == 0:
         return time_ns, []
@@ -112,8 +114,8 @@ def recognised_ns(
         return time_ns, []
     unit, true, read = units[0], NS_OF[units[0]], NS_OF[stated]
     converted = time_ns * (true // read) if true > read else time_ns // (read // true)
-    reason = "only so they meet the frames or readings"
+    reason = "only then do they overlap with the frames or readings"
     if not times.as_stated:
         reason = f"rows come every {times.step_ns * true / read / 1e9:.3g} s"
-    message = f"times must be in {stated}, and are in {unit} ({reason}); they are read as {unit}"
+    message = f"times must be in {stated}, but these are in {unit} ({reason}); they are read as {unit}"
     return converted, [Finding(kind="time_unit", file=file, count=len(time_ns), message=message)]

@@ -1,9 +1,10 @@
-"""Positioning by radio scans: models that learn where scans were taken, how sure they are, and how they compare.
+"""Positioning by radio scans: models that learn from labelled scans, their uncertainty, and their comparison.
 
-In the order in which data meet the modules: ``scan_file`` and ``learning_data`` read files and data sets into
-``radio_scans`` and their ``places``; ``registry`` says what a model is, and each module of ``models`` registers one,
-made of ``signal_distance`` or what lies in ``cell_density`` or ``networks``. ``error_radii`` turns spreads of guesses
-into radii that hold what they promise; ``sequences`` lets the scans of a walk help each other. ``model_files`` keep a
-model, ``model_scores`` judge and choose one; ``benchmark`` compares all, ``benchmark_tables`` show what it finds. Walks
-tell each other where they were by what they heard (``walk_traces``, ``heard_floor``, ``walk_ties``).
+- ``scan_file`` and ``learning_data`` read files and data sets into ``radio_scans`` and their ``places``.
+- ``registry`` defines the interface of a model. Each module of ``models`` registers one; ``signal_distance``,
+  ``cell_density`` and ``networks`` contain their parts.
+- ``error_radii`` turns spreads of guesses into calibrated radii; ``sequences`` combines the scans of a walk.
+- ``model_files`` saves a model, ``model_scores`` scores and chooses models, ``benchmark`` compares them, and
+  ``benchmark_tables`` shows the results.
+- ``walk_traces``, ``heard_floor`` and ``walk_ties`` make radio constraints between sessions.
 """

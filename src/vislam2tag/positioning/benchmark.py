@@ -1,12 +1,12 @@
-"""The benchmark: which runs there are, with which settings, what becomes of one, and rows over seeds, as JSON.
+"""The benchmark: its runs and their settings, the execution of a run, and rows over seeds, as JSON.
 
-A run is one model, trained on what trains in one fold of one split with one seed, and scored on what tests there.
-Everything is learned from the training part (:meth:`Positioner.fit` sees nothing else): access points, scales, when to
-stop, how sure to be. Every scan of a test part stands with its true and its found place in a table
-(``runs/*.parquet``); each run has a record (``runs/*.json``).
+A run is one model, trained with one seed on the training set of one fold of a split, and scored on its test set. All
+that is learned comes from the training set (:meth:`Positioner.fit` sees nothing else): access points, scales, early
+stopping, uncertainty. A table (``runs/*.parquet``) contains every test scan with its true and its estimated place; each
+run has a record (``runs/*.json``).
 
-Rows (``benchmark.json``) are the mean of each figure over seeds, and how far it would scatter with other seeds. How
-long a run took is no part of it (``times/*.json``): all else is the same each time, to the byte.
+Rows (``benchmark.json``) contain the mean of each figure over seeds, and its interval over other seeds. Times are in
+separate files (``times/*.json``), because everything else is reproducible to the byte.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from vislam2tag.positioning.registry import Positioner, model_named
 from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 ALIKE = 0.05
-"""Means that differ by less than this share of the smaller one are called alike."""
+"""Means that differ by less than this share of the smaller one count as equal."""
 _LIBRARIES = ("numpy", "scipy", "scikit-learn", "polars", "torch")
 
 
@@ -48,31 +48,31 @@ class RunRecord(Record):
     """One model, trained and tested once."""
 
     key: str
-    """SHA-256 of all that the run follows from."""
+    """SHA-256 of everything that the run depends on."""
     model: str
     parameters: dict[str, Any]
-    """All of them, defaults too."""
+    """All parameters, including defaults."""
     split: str
     fold: str
     seed: int | None
-    """None: the model draws nothing."""
+    """None: the model draws no random numbers."""
     train_scans: int
     access_points: int
-    """What the training part heard."""
+    """Number of access points in the training set."""
     score: Score
     versions: dict[str, str]
 
 
 class RunTime(Record):
-    """How long one run took."""
+    """Duration of one run."""
 
     fit_s: float
     predict_s: float
-    """Wall time for all scans of the test part."""
+    """Wall time for all scans of the test set."""
 
 
 class FailedRun(Record):
-    """A run that could not be made."""
+    """A run that failed."""
 
     run: str
     error: str
@@ -83,53 +83,54 @@ class BenchmarkRow(Record):
 
     split: str
     fold: str
-    """``all``: each fold counts the same."""
+    """``all``: each fold has the same weight."""
     model: str
     runs: int
-    """Seeds, or 1 where the model draws nothing."""
+    """Number of seeds, or 1 if the model draws no random numbers."""
     test_scans: int
     figures: dict[str, FigureWithInterval]
-    """By the names of :data:`FIGURES`: the mean over seeds and its interval."""
+    """The mean over seeds and its interval, by the names of :data:`FIGURES`."""
 
 
 class BestModel(Record):
-    """The model with the smallest mean error on a split, of those that answer and find floors about as often as any."""
+    """The model with the smallest mean error on a split, among those that answer and find floors about as often as
+    any."""
 
     split: str
     model: str
     mean_m: float
     floor_hit: float | None
     runner_up: str | None
-    """The next one; None where there is no other."""
+    """The second best; None if there is no other."""
     behind_m: float
-    """By how much that one's mean error is larger."""
+    """Difference between their mean errors, metres."""
     behind_interval_m: tuple[float, float] | None = None
-    """Its 95 % interval, had other walks tested: both on the same scans, walks drawn again (Efron and Tibshirani 1993).
-    None for few walks."""
+    """95 % interval of this difference over other walks: both models on the same scans, bootstrap over walks (Efron and
+    Tibshirani 1993). None for few walks."""
 
     @property
     def alike(self) -> bool:
-        """Whether the runner-up is as good for any use."""
+        """Whether the runner-up is practically as good."""
         return self.runner_up is not None and self.behind_m < ALIKE * self.mean_m
 
 
 class Benchmark(Record):
-    """All of it."""
+    """The result of a benchmark."""
 
     version: str
     dataset: str
     data_sha256: dict[str, str]
-    """Checksum of each table that was learned from."""
+    """Checksum of each input table."""
     seeds: int
     rows: list[BenchmarkRow]
     runs: list[RunRecord]
     failed: list[FailedRun]
     best: list[BestModel]
-    """Of each split."""
+    """The best model of each split."""
 
 
 def versions() -> dict[str, str]:
-    """Versions of what computes."""
+    """Versions of the relevant packages."""
     found = {"vislam2tag": __version__, "Python": platform.python_version()}
     for library in _LIBRARIES:
         try:
@@ -165,13 +166,14 @@ FIGURES: Mapping[str, Callable[[Score], float | None]] = MappingProxyType(
         "answered": lambda one: one.answered,
     }
 )
-"""What is reported of a test part (:class:`~vislam2tag.positioning.model_scores.Score`): shares 0 to 1, else metres."""
+"""Figures of a test set (:class:`~vislam2tag.positioning.model_scores.Score`): shares from 0 to 1, else metres."""
 SHARES = frozenset({"floor_hit", "building_hit", "inside_68", "inside_95", "answered"})
-"""Those that are shares; intervals of theirs end at 0 and 1."""
+"""Figures that are shares; their intervals end at 0 and 1."""
 
 
 def benchmark_rows(runs: Sequence[RunRecord]) -> list[BenchmarkRow]:
-    """Sum up by split, fold and model, in the order of the runs; a row for all folds first where there are several."""
+    """Summarise by split, fold and model, in the order of the runs; if there are several folds, all folds come
+    first."""
     rows = []
     for split in _distinct(run.split for run in runs):
         here = [run for run in runs if run.split == split]
@@ -199,7 +201,7 @@ def _row(split: str, fold: str, model: str, runs: Sequence[RunRecord]) -> Benchm
 
 
 def interval(values: Sequence[float | None], *, share: bool = False) -> FigureWithInterval:
-    """Mean of a figure over seeds, and the interval that Student's t gives it; unknown where one of them is."""
+    """Mean of a figure over seeds, and its interval by Student's t; unknown if one value is."""
     known = np.array([value for value in values if value is not None])
     if len(known) < len(values) or not len(known):
         return FigureWithInterval(value=None)
@@ -223,31 +225,31 @@ def _distinct(values: Iterable[_T]) -> list[_T]:
 
 
 SEED = "seed"
-"""Parameter of models that draw random numbers; a model without it gives the same each time and runs once."""
+"""Parameter of models that draw random numbers; models without it are deterministic and run once."""
 
 GIA = "giaIndoorLoc"
 
 
 @dataclass(frozen=True)
 class ModelChoice:
-    """A model by its registered name, and the parameters that differ from its own."""
+    """A model by its registered name, with parameters that differ from the defaults."""
 
     name: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
     def made(self, seed: int | None) -> Positioner:
-        """Make it, not fitted; raises UsageError where there is no such model or parameter."""
+        """Make the model, not fitted; raises UsageError for an unknown model or parameter."""
         seeded = {} if seed is None else {SEED: seed}
         return model_named(self.name, **self.parameters, **seeded)
 
     def seeds(self, count: int) -> Sequence[int | None]:
-        """The seeds of its runs: ``count`` from 0, or none where it draws nothing or its seed is chosen."""
+        """The seeds of its runs: ``count`` from 0, or none if it draws no random numbers or its seed is given."""
         draws = SEED in self.made(None).get_params(deep=False) and SEED not in self.parameters
         return range(count) if draws else (None,)
 
 
 def published_choices(dataset: str | None = None) -> Iterator[ModelChoice]:
-    """Choose the paper's two models as published for a data set (by public name), as for the paper's own elsewhere."""
+    """Return the paper's two models with the published settings for a data set (by public name), or for the paper's."""
     from vislam2tag.positioning.models import multi_cel, regression_net  # records are read without the models' library
 
     for name, settings in (("multi-cel", multi_cel.PUBLISHED), ("regression-net", regression_net.PUBLISHED)):
@@ -256,22 +258,22 @@ def published_choices(dataset: str | None = None) -> Iterator[ModelChoice]:
 
 @dataclass(frozen=True)
 class BenchmarkRun:
-    """One run, to be made."""
+    """One planned run."""
 
     model: ModelChoice
     split: Split
     fold: str
     seed: int | None
-    """None: the model draws nothing."""
+    """None: the model draws no random numbers."""
 
     def __str__(self) -> str:
         seed = "" if self.seed is None else f", seed {self.seed}"
         return f"{self.model.name}: {self.split.info.name} / {self.fold}{seed}"
 
     def key(self, dataset: Dataset, code: str) -> str:
-        """SHA-256 of all that the run follows from: data (on disk), split, model, parameters, seed.
+        """SHA-256 of everything that the run depends on: data (on disk), split, model, parameters, seed.
 
-        ``code`` is the key of the source that makes it (:func:`~vislam2tag.pipeline.run.keys.code_key`).
+        ``code`` is the key of the source code (:func:`~vislam2tag.pipeline.run.keys.code_key`).
         """
         name = self.split.info.name
         follows = {
@@ -286,14 +288,14 @@ class BenchmarkRun:
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """All parameters of the model, as JSON has them."""
+        """All parameters of the model, for JSON."""
         own = self.model.made(self.seed).get_params(deep=False)
         parameters: dict[str, Any] = json.loads(json.dumps(own, default=str))
         return parameters
 
 
 def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) -> Iterator[BenchmarkRun]:
-    """List all runs, fold after fold, so that models compared stand next to each other."""
+    """List all runs, fold after fold, so that models to compare are next to each other."""
     for split in splits:
         for fold in split.info.folds:
             for model in models:
@@ -303,13 +305,15 @@ def planned(models: Sequence[ModelChoice], splits: Sequence[Split], seeds: int) 
 def execute(
     run: BenchmarkRun, data: LearningData, key: str, progress: Progress[float] = silent
 ) -> tuple[RunRecord, RunTime, pl.DataFrame]:
-    """Train and score; the table has every scan of the test part (:func:`predictions_table`).
+    """Train and score; the table contains every test scan (:func:`predictions_table`).
 
-    Raises DatasetError where a part is empty or the model cannot learn from it."""
+    Raises DatasetError if a set is empty or the model cannot learn from it."""
     train, test = data.train_test(run.split, run.split.fold(run.fold))
-    for what, part in (("trains", train), ("tests", test)):
+    for what, part in (("training", train), ("test", test)):
         if not len(part):
-            raise DatasetError(f"split {run.split.info.name}, fold {run.fold}: no labelled fingerprint {what}")
+            raise DatasetError(
+                f"split {run.split.info.name}, fold {run.fold}: the {what} set contains no labelled fingerprint"
+            )
     model = run.model.made(run.seed)
     model.progress = progress
     begun = time.perf_counter()
@@ -341,7 +345,7 @@ PREDICTIONS = {
     "radius_68_m": pl.Float64,
     "radius_95_m": pl.Float64,
 }
-"""Columns: BCS metres; what the model did not say is null."""
+"""Columns: BCS metres; unknown values are null."""
 
 
 def predictions_table(ids: TextArray, truth: ScanPlaces, found: Positions) -> pl.DataFrame:
@@ -352,7 +356,7 @@ def predictions_table(ids: TextArray, truth: ScanPlaces, found: Positions) -> pl
 
 
 def _columns(places: ScanPlaces | Positions) -> tuple[Any, ...]:
-    """Building, floor, x, y and z of places (n); None or null where they are unknown."""
+    """Building, floor, x, y and z of places (n); None or null if they are unknown."""
     named = [places.storeys[index] if index >= 0 else None for index in places.storey.tolist()]
     storeys = [one.building if one else None for one in named], [one.floor if one else None for one in named]
     return (*storeys, *map(_nullable, (*places.xy.T, places.z)))

@@ -1,7 +1,7 @@
-"""What a benchmark shows: the models that it recommends, its tables as text, and the paper's Table IV.
+"""Results of a benchmark: the recommended models, tables as text, and the paper's Table IV.
 
-Which model is recommended, why, and how sure it is that the next one errs more. CSV has one figure a field, LaTeX needs
-booktabs. Table IV: floors and errors with a random 30 % held out, then with each device held out.
+A recommendation names its reasons and the interval of the runner-up's additional error. CSV has one figure in each
+field; LaTeX needs booktabs. Table IV: floors and errors with a random 30 % as test set, then with each device.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from vislam2tag.positioning.benchmark import ALL, FIGURES, SHARES, BenchmarkRow,
 from vislam2tag.quality.evaluation.record import FigureWithInterval
 
 COMPLETE = 0.9
-"""A model that answers less than this share of what the most complete one answers is not recommended ..."""
+"""A model that answers less than this share of the scans of the most complete one is not recommended ..."""
 FLOORS_OFF = 0.05
-"""... nor one that finds the floor so much less often than the one that finds it most (shares 0 to 1)."""
+"""... nor one with a floor hit rate this much below the best (shares 0 to 1)."""
 REFERENCE = "weighted-knn"
-"""Model whose time others are measured by."""
+"""Model for relative times."""
 _DIGITS = 6
-"""Of intervals, in metres."""
+"""Digits of intervals, in metres."""
 Behind = Callable[[str, str, str], tuple[float, float] | None]
-"""From a split, its best model and the runner-up to the 95 % interval of how much more this one errs, metres."""
+"""From a split, its best model and the runner-up to the 95 % interval of the runner-up's additional error, metres."""
 
 
 def _unknown(split: str, model: str, runner_up: str) -> None:
@@ -36,7 +36,7 @@ def _unknown(split: str, model: str, runner_up: str) -> None:
 
 
 def best_models(rows: Sequence[BenchmarkRow], behind: Behind = _unknown) -> list[BestModel]:
-    """The best model of each split, over all its folds; splits without any error are left out."""
+    """The best model of each split, over all its folds; splits without any error are skipped."""
     splits = dict.fromkeys(row.split for row in rows)
     found = (_best(split, [row for row in rows if row.split == split], behind) for split in splits)
     return [one for one in found if one is not None]
@@ -68,10 +68,10 @@ def _best(split: str, rows: Sequence[BenchmarkRow], behind: Behind) -> BestModel
 
 
 def paired_interval(one: pl.DataFrame, other: pl.DataFrame) -> tuple[float, float] | None:
-    """Return the 95 % interval of by how much ``other`` errs more, over walks drawn again; None for few walks.
+    """Return the 95 % interval of the additional error of ``other``, by bootstrap over walks; None for few walks.
 
-    Both have columns fold, scan_id, walk and error_m (null: not answered), a row for each seed; scans that both
-    answered count, and each fold the same.
+    Both have columns fold, scan_id, walk and error_m (null: not answered), one row for each seed. Scans that both
+    answered count, and each fold has the same weight.
     """
     keys = ("fold", "scan_id", "walk")
     means = [table.group_by(keys).agg(pl.col("error_m").mean()) for table in (one, other)]
@@ -103,12 +103,12 @@ HEADS = {
     "inside_68": "in 68 %",
     "inside_95": "in 95 %",
 }
-"""What the figures in tables for reading are called; CSV has all."""
+"""Names of the figures in tables for reading; CSV has all figures."""
 _WITH_INTERVAL = {"floor_hit", "mean_m"}
 
 
 def rows_csv(rows: Sequence[BenchmarkRow]) -> str:
-    """One line a row; each figure with its bounds in ``..._low`` and ``..._high``, empty where not known."""
+    """One line for each row; each figure with its bounds in ``..._low`` and ``..._high``, empty if unknown."""
     keys = ("split", "fold", "model", "runs", "test_scans")
     head = (*keys, *(f"{name}{end}" for name in FIGURES for end in ("", "_low", "_high")))
     return csv_rows((head, *((*(getattr(row, key) for key in keys), *_bounds(row)) for row in rows)))
@@ -120,19 +120,19 @@ def _bounds(row: BenchmarkRow) -> list[float | None]:
 
 
 class ModelTime(Record):
-    """How long a model takes, on average over runs, and as a multiple of the reference's time in the same benchmark."""
+    """Duration of a model, on average over runs, and as a multiple of the reference's in the same benchmark."""
 
     model: str
     fit_s: float
     predict_ms: float
     """For one scan."""
     fit_ratio: float | None
-    """None where the reference was not run."""
+    """None without a run of the reference."""
     predict_ratio: float | None
 
 
 def model_times(runs: Sequence[tuple[RunRecord, RunTime]]) -> list[ModelTime]:
-    """Mean times by model, and their ratios to those of :data:`REFERENCE` where it was run."""
+    """Mean times by model, and their ratios to those of :data:`REFERENCE` if it was run."""
     fit_s, predict_ms = {}, {}
     for name in dict.fromkeys(run.model for run, _ in runs):
         own = [(run, time) for run, time in runs if run.model == name]
@@ -155,7 +155,8 @@ def _ratio(own: float, reference: float | None) -> float | None:
 
 
 def times_csv(times: Sequence[ModelTime]) -> str:
-    """One line a model: seconds to train, milliseconds to predict a scan, both as multiples of the reference's."""
+    """One line for each model: seconds to train, milliseconds to predict a scan, both as multiples of the
+    reference's."""
     names = tuple(ModelTime.model_fields)
     return csv_rows((names, *([_rounded(getattr(time, name)) for name in names] for time in times)))
 
@@ -186,12 +187,12 @@ def _percent(text: str) -> str:
 
 
 def fold_name(fold: str) -> str:
-    """What a fold is called in tables."""
+    """Name of a fold in tables."""
     return "mean of folds" if fold == ALL else fold
 
 
 def figure_text(name: str, figure: FigureWithInterval) -> str:
-    """Write ``6.53 [6.31 to 6.75]`` or ``94.6 %``; a dash where not known; the interval of the main figures only."""
+    """Write ``6.53 [6.31 to 6.75]`` or ``94.6 %``; a dash if unknown; intervals only for the main figures."""
     if figure.value is None:
         return "-"
     share = name in SHARES
@@ -228,7 +229,7 @@ PAPER: Mapping[tuple[str, str], tuple[float, float, float]] = {
 
 @dataclass(frozen=True)
 class Table4Row:
-    """One model on one part; each figure is ours (the mean over seeds), then the paper's."""
+    """One model on one set; each figure is ours (the mean over seeds), then the paper's."""
 
     test: str
     model: str
@@ -276,7 +277,7 @@ class Table4:
 
 
 def table_4(rows: Sequence[BenchmarkRow]) -> Table4:
-    """Pick the rows of the paper's splits; models and devices that it has not stand without its numbers."""
+    """Select the rows of the paper's splits; models and devices that are not in the paper have no numbers of it."""
     chosen = [row for row in rows if row.split in TABLE_4_SPLITS and row.fold != ALL]
     return Table4(tuple(_row(row) for row in sorted(chosen, key=lambda row: TABLE_4_SPLITS.index(row.split))))
 

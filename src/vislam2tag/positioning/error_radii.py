@@ -1,13 +1,14 @@
-"""From how far a model's own guesses lie apart to radii that hold what they promise.
+"""Calibrated radii from the spread of a model's own guesses.
 
-Circles follow what a model erred on scans left out in several ways: alone, with their walk, with their place. Nobody
-knows which of these a scan that is asked for is like, and radii that suit one way do not suit another. A walk's scans
-tell it together. Whether their walk was learned is the same for all of them: the evidence of each is added up, less of
-it where they are many, as they are not independent (design effect; Kish 1965). How much of each further way is in them
-is estimated as the shares of classes are in data whose shares differ from those learned (Saerens et al. 2002). Of each
-way the errors follow features by quantile regression (Koenker and Bassett 1978), made to hold by conformal prediction
-(Romano et al. 2019) in which each walk that was left out counts the same (Dunn et al. 2023); the radius is the quantile
-of their mixture.
+Circles follow the errors on scans left out in several ways: alone, with their walk, or with their place. It is unknown
+which of these ways a new scan resembles, and radii for one way do not suit another. The scans of a walk show it
+together. Whether their walk was learned is the same for all of them, so their evidence is added up, with less weight
+for many scans, because they are not independent (design effect; Kish 1965).
+
+The shares of the other ways are estimated like the shares of classes in data with other shares than in training
+(Saerens et al. 2002). In each way the errors follow features by quantile regression (Koenker and Bassett 1978), which
+conformal prediction calibrates (Romano et al. 2019); each left-out walk has the same weight (Dunn et al. 2023). The
+radius is the quantile of their mixture.
 """
 
 from __future__ import annotations
@@ -25,25 +26,26 @@ from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
 from vislam2tag.positioning.radio_scans import CheckedArrays, TextArray
 
 SMALLEST_SCALE_M = 0.1
-"""No model is surer than this, metres."""
+"""Smallest scale of an error, metres."""
 UNKNOWN_M = 100.0
-"""Base where no held-out error is known (one lone scan was learned from), metres: nothing is promised."""
+"""Base without any held-out error (a single training scan), metres."""
 
 
 def conformal_quantile(ascending: FloatArray, share: float) -> float:
-    """Return what a further value is below with this probability, by values (n,); the greatest if these are few."""
+    """Return an upper bound of a further value with this probability, from values (n,); the greatest if they are
+    few."""
     rank = int(np.ceil((len(ascending) + 1) * share))
     return float(ascending[min(rank, len(ascending)) - 1])
 
 
 @dataclass(frozen=True)
 class SpreadRadii:
-    """Circles that grow with the spread of guesses, but not from nothing: guesses can agree and be wrong."""
+    """Circles that grow with the spread of guesses, but not from zero, because guesses can agree and be wrong."""
 
     base_m: float
-    """Median of the held-out errors; scale of the error where guesses do not spread."""
+    """Median of the held-out errors; scale of the error if guesses do not spread."""
     factor_68: float
-    """By how much the scale must be stretched for circles to hold 68 % of the errors."""
+    """Factor on the scale for circles that contain 68 % of the errors."""
     factor_95: float
 
     def radii_m(self, spread_m: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -57,12 +59,12 @@ class SpreadRadii:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, name: str) -> Self:
-        """Take back what :meth:`array` gave; raises ValueError where it does not fit."""
+        """Restore from the result of :meth:`array`; raises ValueError if it does not fit."""
         return cls(*map(float, arrays.floats(name, 3, least=0.0)))
 
 
 def fitted_radii(error_m: FloatArray, spread_m: FloatArray) -> SpreadRadii:
-    """Fit to held-out errors (n,) in the plane, metres, and the spread (n,) of the guesses that made them."""
+    """Fit to held-out errors (n,) in the plane, metres, and the spread (n,) of the guesses behind them."""
     known = np.isfinite(error_m)
     if not (known & np.isfinite(spread_m)).any():
         return SpreadRadii(UNKNOWN_M, 1.0, 2.0)
@@ -74,53 +76,54 @@ def fitted_radii(error_m: FloatArray, spread_m: FloatArray) -> SpreadRadii:
 
 SHARES = (SIXTY_EIGHT, NINETY_FIVE)
 LEVELS = np.append(np.arange(1, 100) / 100, 0.995)
-"""(l,) probabilities whose quantiles are kept."""
+"""(l,) probabilities of the saved quantiles."""
 PRIOR_SCANS = 5.0
-"""What all ways of a kind alike count beside the scans of a walk."""
+"""Weight of the prior of equal ways, in scans of a walk."""
 CORRELATED = 0.5
-"""Of what two scans of a walk tell of whether it was learned; 0.2 does as well (docs/results/how-good.md)."""
+"""Correlation of the evidence of two scans of a walk on whether it was learned; 0.2 does as well
+(docs/results/how-good.md)."""
 LIKE = 0.99
-"""A scan is unlike all that was learned where its nearest is farther than that of this share of scans left out."""
+"""A scan is unlike the training set if its nearest learned scan is farther than for this share of left-out scans."""
 _ROUNDS, _HALVINGS = 30, 12
 _LEAST_SPREAD = 1e-3
-"""Features that differ by less tell nothing of the way."""
+"""Features with a smaller spread carry no information about the way."""
 _LINE_WITH = 500
-"""Most scans that a quantile regression looks at; that circles hold does not depend on it."""
+"""Largest number of scans in a quantile regression; the coverage of circles does not depend on it."""
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """What a model said of ``n`` scans that it did not learn from."""
+    """Answers to ``n`` scans that were not in the training set."""
 
     error_m: FloatArray
     """(n,) in the plane."""
     features: FloatArray
-    """(n, f) what the error may follow."""
+    """(n, f) features that the error may depend on."""
     group: IntArray
-    """(n,) walk: errors of one are not independent."""
+    """(n,) walk; errors within a walk are not independent."""
     learned: bool
-    """Whether others of a scan's walk were learned."""
+    """Whether other scans of the same walk were learned."""
 
 
 @dataclass(frozen=True)
 class HeldOutRadii:
-    """What is known of errors in ``w`` ways of leaving out."""
+    """Models of the errors in ``w`` ways of leaving out."""
 
     likeness: FloatArray
-    """(w, 1 + f) logarithm of how likely features are in a way, up to what all share: linear in them."""
+    """(w, 1 + f) logarithm of the likelihood of features in a way, up to a common term: linear in features."""
     line: FloatArray
     """(2, w, 1 + f) logarithms of the 68 % and 95 % radius, metres: linear in features."""
     beyond: FloatArray
-    """(2, w, l) quantiles of the logarithms of errors beyond these, at ``LEVELS``."""
+    """(2, w, l) quantiles of the logarithms of errors relative to these lines, at ``LEVELS``."""
     bounds: FloatArray
-    """(2, f) least and greatest features that were seen; beyond, these count."""
+    """(2, f) smallest and largest training features; values beyond are clipped."""
     learned: BoolArray
-    """(w,) whether others of a scan's walk were learned."""
+    """(w,) whether other scans of the same walk were learned."""
 
     def radii_m(self, features: FloatArray, walk: TextArray) -> tuple[FloatArray, FloatArray]:
-        """Return the 68 % and 95 % radii (n,), metres, of scans with these features (n, f) of walks (n,).
+        """Return the 68 % and 95 % radii (n,), metres, of scans with these features (n, f) and walks (n,).
 
-        A scan whose walk is empty stands alone.
+        A scan with an empty walk is treated alone.
         """
         within = np.clip(features, *self.bounds)
         share = self.shares(within, walk)
@@ -131,7 +134,7 @@ class HeldOutRadii:
         return np.exp(smaller), np.exp(np.maximum(smaller, larger))
 
     def shares(self, features: FloatArray, walk: TextArray) -> FloatArray:
-        """(n, w) how probable each way is for scans with features (n, f) of walks (n,)."""
+        """(n, w) probability of each way for scans with features (n, f) and walks (n,)."""
         log_likely = self.likeness[:, 0] + features @ self.likeness[:, 1:].T
         number = _walk_numbers(walk)
         if self.learned.all() or not self.learned.any():
@@ -150,7 +153,7 @@ class HeldOutRadii:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays) -> Self:
-        """Take back what :meth:`arrays` gave; raises ValueError where it does not fit."""
+        """Restore from the result of :meth:`arrays`; raises ValueError if it does not fit."""
         bounds = arrays.floats("radius_bounds", 2, "features")
         columns = 1 + bounds.shape[1]
         likeness = arrays.floats("radius_likeness", "ways", columns)
@@ -160,7 +163,7 @@ class HeldOutRadii:
 
 
 def held_out_radii(ways: Sequence[HeldOut]) -> HeldOutRadii:
-    """Fit to scans left out in one way or several, the same scans in each."""
+    """Fit to scans left out in one or several ways, the same scans in each."""
     features = np.concatenate([way.features for way in ways])
     if not len(features):
         flat = np.zeros(features.shape[1])
@@ -178,10 +181,10 @@ def held_out_radii(ways: Sequence[HeldOut]) -> HeldOutRadii:
 
 
 def group_quantiles(values: FloatArray, group: IntArray, shares: FloatArray) -> FloatArray:
-    """Return what a value of a further group is below with these probabilities (s,), by values (n,) of groups (n,).
+    """Return upper bounds of a value of a further group with these probabilities (s,), from values (n,) of groups (n,).
 
-    Each group counts the same (Dunn et al. 2023). None is added for the further one, as a bound that is never missed
-    would need: with 24 walks 95 % circles would hold 99 % (``tests/positioning/test_error_radii.py``).
+    Each group has the same weight (Dunn et al. 2023). A guaranteed bound would add one more group; with 24 walks 95 %
+    circles would then contain 99 % (``tests/positioning/test_error_radii.py``).
     """
     _, number, count = np.unique(group, return_inverse=True, return_counts=True)
     order = np.argsort(values)
@@ -190,15 +193,15 @@ def group_quantiles(values: FloatArray, group: IntArray, shares: FloatArray) -> 
 
 
 def like_limit(nearest: FloatArray, group: IntArray) -> float:
-    """Return how far the nearest learned scan is of one that is just like what was learned, else it is unlike.
+    """Return the largest distance to the nearest learned scan for scans that resemble the training set.
 
-    ``nearest`` (n,) are those distances, in any measure, of scans of groups (n,) that were left out; 0 without any.
+    ``nearest`` (n,) are these distances, in any measure, of left-out scans of groups (n,); 0 without any.
     """
     return float(group_quantiles(nearest, group, np.array(LIKE))) if len(nearest) else 0.0
 
 
 def _walk_numbers(walk: TextArray) -> IntArray:
-    """(n,) a number for each walk (n,), and one for each scan whose walk is empty."""
+    """(n,) a number for each walk (n,), and for each scan with an empty walk."""
     number = np.unique(walk, return_inverse=True)[1].reshape(-1)
     alone = np.flatnonzero(walk == "")
     number[alone] = len(walk) + np.arange(len(alone))
@@ -206,12 +209,12 @@ def _walk_numbers(walk: TextArray) -> IntArray:
 
 
 def _mean_likely(log_likely: FloatArray) -> FloatArray:
-    """(n,) logarithm of the mean of likelihoods whose logarithms are (n, w)."""
+    """(n,) logarithm of the mean of likelihoods, from their logarithms (n, w)."""
     return np.asarray(logsumexp(log_likely, axis=1) - np.log(log_likely.shape[1]))
 
 
 def _shares_of_walks(log_likely: FloatArray, number: IntArray) -> FloatArray:
-    """(n, w) how probable each way is, by logarithms of likelihoods (n, w), for scans of walks (n,)."""
+    """(n, w) probability of each way, from logarithms of likelihoods (n, w), for scans of walks (n,)."""
     likely = np.exp(log_likely - log_likely.max(axis=1, keepdims=True, initial=-np.inf))
     count, ways = np.bincount(number)[:, None], log_likely.shape[1]
     of_walk = np.full((len(count), ways), 1 / ways)
@@ -225,7 +228,7 @@ def _shares_of_walks(log_likely: FloatArray, number: IntArray) -> FloatArray:
 
 
 def _line(way: HeldOut, share: float) -> tuple[FloatArray, FloatArray]:
-    """Regress (1 + f,), and tell by how much errors exceed it (l,)."""
+    """Regress (1 + f,), and return the quantiles of errors relative to the line (l,)."""
     log_error = np.log(np.maximum(way.error_m, SMALLEST_SCALE_M))
     some = slice(None, None, -(-len(log_error) // _LINE_WITH))
     line = QuantileRegressor(quantile=share, alpha=0.0).fit(way.features[some], log_error[some])
@@ -234,7 +237,7 @@ def _line(way: HeldOut, share: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _likeness(ways: Sequence[HeldOut]) -> FloatArray:
-    """(w, 1 + f) by logistic regression: which way features are of, were all as frequent."""
+    """(w, 1 + f) logistic regression of the way on features, with equal prior frequencies."""
     features = np.concatenate([way.features for way in ways])
     if len(ways) == 1:
         return np.zeros((1, features.shape[1] + 1))
@@ -242,15 +245,15 @@ def _likeness(ways: Sequence[HeldOut]) -> FloatArray:
     which = np.repeat(np.arange(len(ways)), [len(way.error_m) for way in ways])
     found = LogisticRegression(class_weight="balanced", max_iter=500).fit((features - mean) / deviation, which)
     slope, level = found.coef_ / deviation, found.intercept_
-    if len(ways) == 2:  # scikit-learn tells the second against the first
+    if len(ways) == 2:  # scikit-learn gives the second against the first
         slope, level = np.vstack([np.zeros_like(slope), slope]), np.append(0.0, level)
     return np.column_stack([level - slope @ mean, slope])
 
 
 def _mixture_quantile(share: FloatArray, line: FloatArray, beyond: FloatArray, wanted: float) -> FloatArray:
-    """(n,) below which ``wanted`` of the logarithms of errors lie: shares (n, w), lines (w, n), beyond (w, l).
+    """(n,) the ``wanted`` quantile of the logarithms of errors: shares (n, w), lines (w, n), beyond (w, l).
 
-    It lies between the least and the greatest of the ways' own, and is found by halving.
+    It is between the smallest and the largest quantile of the ways, and is found by bisection.
     """
     own = line + np.array([np.interp(wanted, LEVELS, one) for one in beyond])[:, None]
     least, greatest = own.min(axis=0), own.max(axis=0)

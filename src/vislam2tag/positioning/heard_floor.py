@@ -1,4 +1,4 @@
-"""The radio scans of all walks of a floor, each where its walk led: which are like one another."""
+"""The radio scans of all walks of a floor, at their places on the walks, and which of them are similar."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from vislam2tag.positioning.walk_traces import WalkTrace
 
 NEIGHBOURS = 5
 EXPONENT, SHARPNESS = 2.2, 4.0
-"""Power of levels before scans are compared, and of the distance between scans in their weights."""
+"""Exponent of levels before scans are compared, and of the distance between scans in their weights."""
 LEAST_AWAY = 1e-3
-"""Scans nearer in signal space than this count alike."""
+"""Scans with a smaller distance in signal space have the same weight."""
 OFFSET_ROUNDS = 3
-"""So often a phone's levels are compared with those of the scans most like it: the more alike, the truer."""
+"""Rounds of comparing a phone's levels with those of the most similar scans."""
 MOST_LEARNED, MOST_LEVELLED = 4000, 1000
-"""Scans of a floor that others are compared with, and those that tell of phones, evenly spread."""
+"""Largest number of scans of a floor for comparison, and for offsets of phones, evenly spread."""
 LAG_STEP_S, LAG_ROUNDS = 0.5, 2
 LAGS_S = np.arange(-4.0, 8.5, LAG_STEP_S)
-"""Tried: how much older scans may be than their times, seconds ..."""
+"""Candidates for the age of scans at their times, seconds ..."""
 USUAL_LAG_S = 2.0
-"""... how much that usually is ..."""
+"""... its usual value ..."""
 ALIKE = 0.7
-"""... by scans that have others so near in signal space."""
+"""... estimated from scans with others this close in signal space."""
 
 
 class ScanLag(NamedTuple):
-    """How much older scans are than their times, and the standard error of that, seconds."""
+    """Age of scans at their times, and its standard error, seconds."""
 
     seconds: float
     sigma_s: float
@@ -44,7 +44,7 @@ class ScanLag(NamedTuple):
 @dataclass(frozen=True)
 class HeardFloor:
     """Scans of all walks, ``n`` of them: ``walk`` (n,) number; ``place`` (n, 2), ``sigma_m`` (n,) per axis and
-    ``way_m`` (n,) until then, of the walk's trace; ``learned`` (k,) rows that others are compared with.
+    ``way_m`` (n,) distance walked, from the walk's trace; ``learned`` (k,) rows for comparison.
     """
 
     scans: RadioScans
@@ -56,7 +56,7 @@ class HeardFloor:
 
     @classmethod
     def of(cls, traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> Self:
-        """Take the scans of walks while it is known where they led, at the times at which they were taken."""
+        """Return the scans of walks while their paths are known, at the times at which they were taken."""
         floor = cls.as_logged(traces, scans)
         lags = floor.lags(traces)
         if any(lag.seconds for lag in lags.values()):
@@ -65,7 +65,7 @@ class HeardFloor:
 
     @classmethod
     def as_logged(cls, traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> Self:
-        """Take the scans of walks while it is known where they led, by their times."""
+        """Return the scans of walks while their paths are known, at their logged times."""
         on_path = [_on_path(trace, heard) for trace, heard in zip(traces, scans, strict=True)]
         along = [trace.along(heard.time_ns) for trace, heard in zip(traces, on_path, strict=True) if trace is not None]
         columns = np.concatenate([np.empty((0, 4)), *along])
@@ -74,9 +74,7 @@ class HeardFloor:
         return cls(joined_scans(on_path), walk, columns[:, :2], columns[:, 2], columns[:, 3], learned)._levelled()
 
     def nearest(self, rows: IntArray, apart: IntArray | None = None) -> NearestScans:
-        """Of scans ``rows`` those most like them among the learned ones (by row) of other walks, or of other groups
-        (n,).
-        """
+        """Return for scans ``rows`` the most similar learned ones (by row) of other walks, or of other groups (n,)."""
         groups, asked = self.walk if apart is None else apart, self.scans[rows]
         kept_apart = Apart(groups[rows, None], groups[self.learned, None])
         which, away = self._index.nearest(asked, _levels(asked), NEIGHBOURS, kept_apart)
@@ -88,10 +86,10 @@ class HeardFloor:
         return ScanIndex.of(some, _levels(some), SignalDistance.SORENSEN)
 
     def lags(self, traces: Sequence[WalkTrace | None]) -> dict[str, ScanLag]:
-        """How much older the scans of each phone are than their times: scans like one another lie together most then.
+        """Age of the scans of each phone at their times: the one that brings similar scans closest together.
 
-        Of walks that meet others head-on each puts what it hears late behind the place where it was. Had other walks
-        been walked a lag would scatter as when walks are drawn anew (bootstrap).
+        If two walks meet head-on, each puts a late scan behind the place where it was taken. The standard error is
+        estimated by bootstrap over walks.
         """
         near = self.nearest(self.learned)
         alike = np.flatnonzero(near.away[:, 0] < ALIKE)
@@ -123,7 +121,7 @@ class HeardFloor:
     def _moved(
         self, place: FloatArray, rows: Sequence[IntArray], traces: Sequence[WalkTrace | None], lag_s: float
     ) -> FloatArray:
-        """Places (n, 2) with scans of some walks, each one's ``rows``, where it was so much before their times."""
+        """Places (n, 2) if the scans of some walks, each one's ``rows``, were taken this long before their times."""
         moved = place.copy()
         for own in rows:
             trace = traces[self.walk[own[0]]] if len(own) else None
@@ -132,7 +130,7 @@ class HeardFloor:
         return moved
 
     def _levelled(self) -> Self:
-        """Take from all levels of a phone by how much it hears louder than others where scans are most alike."""
+        """Subtract each phone's offset from its levels, estimated from the most similar scans of others."""
         phones, phone = np.unique(self.scans.device, return_inverse=True)
         floor = self
         for _ in range(OFFSET_ROUNDS if len(phones) > 1 else 0):
@@ -144,14 +142,14 @@ class HeardFloor:
             own = phone[self.learned[some]]
             total = np.bincount(own, np.where(both, louder, 0.0).sum(axis=1), minlength=len(phones))
             offset = total / np.maximum(np.bincount(own, both.sum(axis=1), minlength=len(phones)), 1)
-            offset *= 1 - 1 / len(phones)  # the others move, too
+            offset *= 1 - 1 / len(phones)  # the other phones change, too
             rssi_dbm = floor.scans.rssi_dbm - offset[phone][floor.scans.row]
             floor = replace(floor, scans=replace(floor.scans, rssi_dbm=rssi_dbm))
         return floor
 
 
 def scan_weights(away: FloatArray) -> FloatArray:
-    """(q, k) how much each neighbour counts, by its distance; they add up to one where one has anything in common."""
+    """(q, k) weight of each neighbour, from its distance; sums are one if any neighbour has anything in common."""
     weight = np.where(away < 1, np.maximum(away, LEAST_AWAY) ** -SHARPNESS, 0.0)
     return np.asarray(weight / np.maximum(weight.sum(axis=1, keepdims=True), 1e-12))
 
@@ -167,12 +165,12 @@ def _ns(seconds: float) -> int:
 
 
 def _levels(scans: RadioScans) -> FloatArray:
-    """(m,) of all readings, 0 to 1."""
+    """(m,) levels of all readings, 0 to 1."""
     return np.asarray(represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** EXPONENT)
 
 
 def _on_path(trace: WalkTrace | None, scans: RadioScans) -> RadioScans:
-    """The scans taken where a walk has a trace, in time order; those that hear nothing are left out."""
+    """The scans at places where a walk has a trace, in time order; scans that hear nothing are dropped."""
     if trace is None:
         return scans[:0]
     order = np.argsort(scans.time_ns, kind="stable")

@@ -1,8 +1,8 @@
-"""What a model learns from: a data set's fingerprints as arrays, or what it knew, joined with a later survey.
+"""Training data of a model: a data set's fingerprints as arrays, or a model's scans joined with a later survey.
 
-What changed since is told by the test that ``vislam2tag join`` makes (:mod:`vislam2tag.datasets.changes`): readings of
-access points that are gone or were moved are left out of what was learned, so that no scan is judged by them. Scans of
-places that were walked again stay: without them errors were greater (docs/results/how-good.md).
+Changes in the building are detected by the test of ``vislam2tag join`` (:mod:`vislam2tag.datasets.changes`). Readings
+of access points that are gone or were moved are removed from the old scans. Old scans at places that were walked again
+are kept, because errors are larger without them (docs/results/how-good.md).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _FINGERPRINT = ["scan_id", "building", "floor", "x", "y", "z", "sigma", "device"
 
 @dataclass(frozen=True)
 class LearningData:
-    """``n`` labelled fingerprints, ordered as in the data set."""
+    """``n`` labelled fingerprints, in the order of the data set."""
 
     ids: TextArray
     """(n,) scan_id."""
@@ -40,7 +40,7 @@ class LearningData:
         return LearningData(self.ids[rows], self.scans[rows], self.places[rows])
 
     def train_test(self, split: Split, fold: Fold) -> tuple[LearningData, LearningData]:
-        """Return what trains and what tests in a fold."""
+        """Return the training set and the test set of a fold."""
         train, test = split.train_test_ids(fold)
         return self[self._among(train)], self[self._among(test)]
 
@@ -50,10 +50,9 @@ class LearningData:
 
 
 def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
-    """Read all labelled fingerprints of one technology.
+    """Read all labelled fingerprints of one technology as arrays.
 
-    Those whose label is uncertain are left out, as everywhere where labelled ones count (no split holds them). Raises
-    DatasetError where there is none.
+    Fingerprints with an uncertain label are excluded, as in all splits. Raises DatasetError if there are none.
     """
     labelled = (
         dataset.fingerprints.filter(
@@ -67,7 +66,9 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
         .with_row_index("row")
     )
     if labelled.is_empty():
-        raise DatasetError(f"{dataset.info.name}: holds no labelled fingerprint of technology {technology}")
+        raise DatasetError(
+            f"{dataset.info.name}: the data set contains no labelled fingerprint of technology {technology}"
+        )
     readings = (
         dataset.readings.select("scan_id", "bssid", "rssi_dbm")
         .join(labelled.lazy().select("scan_id", "row"), on="scan_id")
@@ -89,7 +90,7 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
 
 
 def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
-    """Number the storeys over the manifest's floors and those that only the fingerprints have."""
+    """Number the storeys over the manifest's floors and those that occur only in fingerprints."""
     building = labelled["building"].fill_null("").to_list()
     floor = labelled["floor"].fill_null(0).to_list()
     here = [Storey(*pair) for pair in zip(building, floor, strict=True)]
@@ -105,37 +106,39 @@ def _places(labelled: pl.DataFrame, dataset: Dataset) -> ScanPlaces:
 
 
 def _text(column: pl.Series) -> TextArray:
-    """(n,) text; empty where null."""
+    """(n,) text; empty if null."""
     return column.fill_null("").to_numpy().astype(np.str_)
 
 
 @dataclass(frozen=True)
 class ModelUpdate:
-    """What an updated model learns from."""
+    """Training data of an updated model."""
 
     learned: LabelledScans
-    """Old scans first; those that hear nothing any more are left out."""
+    """Labelled scans, old ones first; scans that no longer hear anything are dropped."""
     added: int
-    """Scans of the later survey that the model did not know."""
+    """Number of scans of the later survey that the model did not have."""
     gone: tuple[str, ...]
-    """Access points whose old readings are left out: they are heard no more where they were loud ..."""
+    """Access points with removed old readings, because they are no longer heard at strong places ..."""
     moved: tuple[str, ...]
-    """... or elsewhere."""
+    """... or because they were moved."""
     new: tuple[str, ...]
     """Access points that the old scans could not hear."""
 
 
 def updated(known: LabelledScans, later: LabelledScans, technology: str = "wifi") -> ModelUpdate:
-    """Join what a model learned and a later survey, which may be partial, or hold the known scans, too.
+    """Join a model's scans with a later survey, which may be partial or contain the model's scans, too.
 
-    Raises DatasetError where the later survey has nothing that is not known.
+    Raises DatasetError if the later survey contains nothing new.
     """
     scans, places = joined_scans([known[0], later[0]]), joined_places([known[1], later[1]])
     old = np.arange(len(scans)) < len(known[0])
     kept = old | ~_known_already((scans, places), len(known[0]))
     scans, places, old = scans[kept], places[kept], old[kept]
     if old.all():
-        raise DatasetError("the model knows all fingerprints of the later survey already: there is nothing to update")
+        raise DatasetError(
+            "the model already contains all fingerprints of the later survey, so there is nothing to update"
+        )
     before, since = (_as_dataset((scans[rows], places[rows]), technology) for rows in (old, ~old))
     points = survey_changes(before, since, technology).access_points
     change: dict[str, str] = dict(points.select("bssid", "change").iter_rows())
@@ -149,7 +152,7 @@ def updated(known: LabelledScans, later: LabelledScans, technology: str = "wifi"
 
 
 def _known_already(labelled: LabelledScans, count: int) -> BoolArray:
-    """Which scans (n,) are the same as one of the first ``count``, at the same place."""
+    """Return which scans (n,) are the same as one of the first ``count``, at the same place."""
     scans, places = labelled
     ends = zip(scans.start[:-1].tolist(), scans.start[1:].tolist(), strict=True)
     heard = [(scans.column[a:b].tobytes(), scans.rssi_dbm[a:b].tobytes()) for a, b in ends]
@@ -159,7 +162,7 @@ def _known_already(labelled: LabelledScans, count: int) -> BoolArray:
 
 
 def _as_dataset(labelled: LabelledScans, technology: str) -> Dataset:
-    """Make the tables that two surveys are compared by."""
+    """Make the tables for the comparison of two surveys."""
     scans, places = labelled
     ids = pl.Series([f"{number:09d}" for number in range(len(scans))])
     storeys = [places.storeys[one] for one in places.storey.tolist()]

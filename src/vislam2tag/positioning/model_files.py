@@ -1,15 +1,16 @@
-"""A learned model as a file: the program's own, of numbers and text only, and an ONNX file that answers by itself.
+"""A learned model as a file: the program's own format of numbers and text, or a self-contained ONNX file.
 
-Nothing in the program's own file is ever run. It is safetensors (https://github.com/huggingface/safetensors): the
-model's arrays, and as the only entry of its metadata a :class:`ModelHeader` as JSON. The same model gives the same
-bytes. What the arrays mean, and how to answer by them without this package, stands in docs/reference/model-files.md.
+Nothing in the program's own file is executed. It is a safetensors file (https://github.com/huggingface/safetensors)
+with the model's arrays, and a :class:`ModelHeader` as JSON in its only metadata entry. The same model gives the same
+bytes. docs/reference/model-files.md describes the arrays, and how to use them without this package.
 
-Nothing of this package is needed to use the ONNX file. Its input ``level_dbm`` (n, a), double, is the level of each
-access point, in the order of the entry ``access_points`` of the file's metadata, NaN where it was not heard. Outputs
-are fields of :class:`~vislam2tag.positioning.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry
-``storeys``; -1: unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``. Scaling, decoding, radii and the
-answer "unknown" are part of the graph; what stays outside is to bring readings into the columns (of several readings of
-an access point the mean in dBm counts; unknown access points are left out).
+The ONNX file can be used without this package. Its input ``level_dbm`` (n, a), double, is the level of each access
+point, NaN if it was not heard, in the order of the entry ``access_points`` of the file's metadata. Outputs are fields
+of :class:`~vislam2tag.positioning.places.Positions`: ``xy``, ``z``, ``storey`` (index into the entry ``storeys``; -1:
+unknown), ``storey_probability``, ``radius_68_m``, ``radius_95_m``.
+
+Scaling, decoding, radii and the answer "unknown" are part of the graph. The user must only sort readings into the
+columns, average several readings of an access point in dBm, and drop unknown access points.
 """
 
 from __future__ import annotations
@@ -52,21 +53,21 @@ _CHECKSUM = "checksum"
 
 
 class ModelOrigin(Record):
-    """What a model was learned from, and what its answers mean."""
+    """Source of a model, and the reference of its answers."""
 
     dataset: str
     """Name of the data set."""
     part: str = "all"
-    """What of it trained: all, or split and fold."""
+    """Training set: all, or split and fold."""
     scans: int
     technology: str = "wifi"
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
-    """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: they are plain."""
+    """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: not hashed."""
 
 
 class ModelHeader(Record):
-    """What a model's file says of it besides its arrays."""
+    """Content of a model's file besides its arrays."""
 
     format_version: int = FORMAT_VERSION
     program_version: str = __version__
@@ -77,18 +78,18 @@ class ModelHeader(Record):
     storeys: Annotated[tuple[Storey, ...], Field(min_length=1)]
     origin: ModelOrigin
     checksum: str = ""
-    """SHA-256 over the rest of the header and all arrays; empty while it is computed."""
+    """SHA-256 of the rest of the header and all arrays; empty while it is computed."""
 
 
 class _Version(BaseModel):
-    """The one field that headers of all versions have."""
+    """The only field that headers of all versions have."""
 
     format_version: int
 
 
 @dataclass(frozen=True)
 class SavedModel:
-    """A model with what is known of it."""
+    """A model with its name and origin."""
 
     name: str
     model: Positioner
@@ -96,12 +97,12 @@ class SavedModel:
 
 
 def save_model(saved: SavedModel, path: AnyPath) -> None:
-    """Write the file, whole or not at all; raises OutputError where it cannot be written."""
+    """Write the model's file, whole or not at all; raises OutputError if it cannot be written."""
     write_file(Path(path), model_bytes(saved))
 
 
 def model_bytes(saved: SavedModel) -> bytes:
-    """Return what a model's file holds."""
+    """Return the content of a model's file."""
     arrays = {name: np.array(array, order="C") for name, array in saved.model.arrays().items()}
     header = ModelHeader(
         model=saved.name,
@@ -112,34 +113,34 @@ def model_bytes(saved: SavedModel) -> bytes:
     )
     fields = header.model_dump(mode="json")
     text = json.dumps(fields | {_CHECKSUM: _checksum(fields, arrays)}, ensure_ascii=False)
-    return bytes(packed(arrays, {_KEY: text}))  # one entry: several would come in any order
+    return bytes(packed(arrays, {_KEY: text}))  # one entry, because the order of several is undefined
 
 
 def load_model(path: AnyPath) -> SavedModel:
-    """Read a model's file; nothing of it is used before header and arrays were checked.
+    """Read a model's file; header and arrays are checked before they are used.
 
-    Raises ModelError where it is none, damaged, of a later version, or of a model that was removed, and UsageError
-    where the model needs what is not installed.
+    Raises ModelError if the file is not a model file, is damaged, is of a later version, or contains a removed model.
+    Raises UsageError if the model needs a package that is not installed.
     """
     path = Path(path)
     text, arrays = _opened(path)
     header = _header(path, text)
     if _checksum(json.loads(text), arrays) != header.checksum:
-        raise ModelError(f"{path}: is damaged (its checksum does not match); copy it again, or train again")
+        raise ModelError(f"{path}: the file is damaged (its checksum does not match); copy it again, or train again")
     model = _made(path, header)
     model.access_points_, model.storeys_ = _normal_names(header.access_points), header.storeys
     try:
         model.restore(arrays)
-    except Exception as error:  # a model may be of another package
+    except Exception as error:  # the model may be from another package
         raise ModelError(
-            f"{path}: holds a {header.model} model of version {header.program_version} that version {__version__} "
-            f"cannot use ({first_line(error)}); train again"
+            f"{path}: version {__version__} cannot use this {header.model} model of version "
+            f"{header.program_version} ({first_line(error)}); train again"
         ) from error
     return SavedModel(header.model, model, header.origin)
 
 
 def _normal_names(access_points: tuple[str, ...]) -> tuple[str, ...]:
-    """Names in the one notation; of several notations of an address the first one becomes it, others stay."""
+    """Normalise names; of several notations of one address only the first is changed."""
     taken = set(access_points)
     names = []
     for point in access_points:
@@ -151,19 +152,21 @@ def _normal_names(access_points: tuple[str, ...]) -> tuple[str, ...]:
 
 def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
     if path.exists() and not path.is_file():
-        raise ModelError(f"{path}: cannot be read: it is no plain file; give a file that train wrote")
+        raise ModelError(f"{path}: not a regular file; pass a model file that `vislam2tag train` wrote")
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}
             arrays = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - it is no dictionary
     except OSError as error:
-        raise ModelError(f"{path}: cannot be read ({error.strerror or error}); give a file that train wrote") from error
-    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:  # types that NumPy has not
         raise ModelError(
-            f"{path}: is no model, or damaged ({first_line(error)}); give a file that `vislam2tag train` wrote"
+            f"{path}: cannot be read ({error.strerror or error}); pass a model file that `vislam2tag train` wrote"
+        ) from error
+    except (SafetensorError, KeyError, TypeError, ValueError, AttributeError) as error:  # types unknown to NumPy
+        raise ModelError(
+            f"{path}: not a model file, or damaged ({first_line(error)}); pass a file that `vislam2tag train` wrote"
         ) from error
     if _KEY not in metadata:
-        raise ModelError(f"{path}: is of another program; give a file that `vislam2tag train` wrote")
+        raise ModelError(f"{path}: a model file of another program; pass a file that `vislam2tag train` wrote")
     return metadata[_KEY], arrays
 
 
@@ -171,41 +174,44 @@ def _header(path: Path, text: str) -> ModelHeader:
     try:
         version = _Version.model_validate_json(text).format_version
         if version > FORMAT_VERSION:
-            raise ModelError(f"{path}: has format version {version}, this program reads up to {FORMAT_VERSION}; update")
+            raise ModelError(
+                f"{path}: the file has format version {version}, but this program reads up to {FORMAT_VERSION}; "
+                "update vislam2tag"
+            )
         header = ModelHeader.model_validate_json(text)
     except ValidationError as error:
         wrong = error.errors()[0]
         where = ".".join(map(str, wrong["loc"])) or "header"
-        raise ModelError(f"{path}: is damaged ({where}: {wrong['msg']}); train again") from error
+        raise ModelError(f"{path}: the file is damaged ({where}: {wrong['msg']}); train again") from error
     if len(set(header.access_points)) < len(header.access_points):
-        raise ModelError(f"{path}: is damaged (access_points: one is named twice); train again")
+        raise ModelError(f"{path}: the file is damaged (access_points: a name appears twice); train again")
     return header
 
 
 def _made(path: Path, header: ModelHeader) -> Positioner:
-    """Make the model, not fitted; where the program has none such, the file is of another version."""
-    stranger = f"{path}: was made by version {header.program_version}, this is {__version__}, which has no"
+    """Make the model, not fitted; if the program has no such model, the file is of another version."""
+    stranger = f"{path}: the file was made by version {header.program_version}; this is version {__version__}, without"
     if header.model not in model_names():
         if removed := removed_model(header.model):
-            raise ModelError(f"{path}: {removed}. The file cannot be opened: train a new one")
-        raise ModelError(f"{stranger} model '{header.model}'; update")
+            raise ModelError(f"{path}: {removed}. The file cannot be opened; train a new model")
+        raise ModelError(f"{stranger} model '{header.model}'; update vislam2tag")
     model = model_named(header.model)
     parameters = without_idle(header.model, header.parameters)
     unknown = sorted(parameters.keys() - model.get_params().keys())
     if unknown:
         if removed := removed_parameter(header.model, unknown[0]):
-            raise ModelError(f"{path}: {removed}. The file cannot be opened: train a new one")
-        raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update, or train again")
+            raise ModelError(f"{path}: {removed}. The file cannot be opened; train a new model")
+        raise ModelError(f"{stranger} parameter {unknown[0]} of {header.model}; update vislam2tag, or train again")
     try:
         return model_named(
             header.model, **{name: tuple(v) if isinstance(v, list) else v for name, v in parameters.items()}
         )
     except UsageError as error:
-        raise ModelError(f"{path}: is damaged ({error}); train again") from error
+        raise ModelError(f"{path}: the file is damaged ({error}); train again") from error
 
 
 def _checksum(fields: Mapping[str, Any], arrays: Mapping[str, AnyArray]) -> str:
-    """Hash a header's fields, but for the checksum itself, and all arrays."""
+    """Hash all fields of a header except the checksum itself, and all arrays."""
     rest = {name: value for name, value in fields.items() if name != _CHECKSUM}
     digest = hashlib.sha256(json.dumps(rest, sort_keys=True).encode())
     for name in sorted(arrays):
@@ -220,14 +226,14 @@ OPSET = 20
 
 
 def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = None) -> None:
-    """Write a fitted model, whole or not at all; ``about`` adds entries to the file's metadata.
+    """Write a fitted model as ONNX, whole or not at all; ``about`` adds entries to the file's metadata.
 
-    The same model gives the same bytes. Raises UsageError where the model has no such form or ONNX is not installed,
-    and OutputError where the file cannot be written.
+    The same model gives the same bytes. Raises UsageError if the model cannot be exported or ONNX is not installed, and
+    OutputError if the file cannot be written.
     """
     module = model.torch_module()
     if module is None:
-        raise UsageError(f"{type(model).__name__} is not exported to ONNX; only networks and cell-density are")
+        raise UsageError(f"{type(model).__name__} cannot be exported to ONNX; only networks and cell-density can")
     graph = _graph(module, len(model.access_points_))
     graph.producer_name, graph.producer_version = "vislam2tag", __version__
     known = {
@@ -240,7 +246,7 @@ def write_onnx(model: Positioner, path: Path, about: Mapping[str, str] | None = 
 
 
 def _graph(module: Any, access_points: int) -> Any:
-    """Export; takes seconds, most of them for PyTorch to get ready."""
+    """Export the graph; takes seconds, most of them for PyTorch to start."""
     torch = import_extra("torch")
     import_extra("onnxscript")
     names = import_extra("vislam2tag.positioning.networks.layers").OUTPUTS
@@ -261,7 +267,7 @@ def _graph(module: Any, access_points: int) -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Hide what the exporter says of its own insides: old calls that it makes, packages that it could use."""
+    """Hide the exporter's internal warnings: deprecated calls, optional packages."""
     log = logging.getLogger("torch.onnx")
     level = log.level
     log.setLevel(logging.ERROR)
@@ -274,7 +280,7 @@ def _quiet() -> Iterator[None]:
 
 
 def _without_traces(graph: Any) -> Any:
-    """Remove where in which file each node came from: it differs between machines."""
+    """Remove the source location of each node, because it differs between machines."""
     inner = graph.graph
     for part in (graph, inner, *inner.node, *inner.value_info, *inner.input, *inner.output):
         del part.metadata_props[:]

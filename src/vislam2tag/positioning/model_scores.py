@@ -1,7 +1,7 @@
-"""How good a model's positions are, by the figures that the field reports, and which model has the smallest error.
+"""Scores of a model's positions, and the choice of the model with the smallest error.
 
-The figures are those of ISO/IEC 18305, EvAAL and the IPIN competition. Models are compared within a time budget on
-walks that they did not learn from.
+The figures are those of ISO/IEC 18305, EvAAL and the IPIN competition. Models are compared within a time budget, by
+cross-validation over walks.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from vislam2tag.positioning.places import LabelledScans, Positions, ScanPlaces, 
 from vislam2tag.positioning.registry import model_named
 
 FLOOR_PENALTY_M = 15.0
-"""What a wrong floor costs in the IPIN score, metres a floor."""
+"""Penalty for each wrong floor in the IPIN score, metres."""
 BUILDING_PENALTY_M = 50.0
-"""What a wrong building costs in the IPIN score (EvAAL-ETRI), metres."""
+"""Penalty for a wrong building in the IPIN score (EvAAL-ETRI), metres."""
 
 
 class ErrorQuantiles(Record):
-    """Errors of scans, metres; None without any."""
+    """Quantiles of errors, metres; None without errors."""
 
     scans: int
     mean_m: float | None = None
@@ -39,40 +39,40 @@ class ErrorQuantiles(Record):
 
 
 class Score(Record):
-    """Figures of one model on one test part."""
+    """Figures of one model on one test set."""
 
     scans: int
-    """All scans of the test part."""
+    """All scans of the test set."""
     answered: float
-    """Share of them that the model did not call unknown, 0 to 1; all other figures are over those."""
+    """Share of them with an answer, 0 to 1; all other figures are over these."""
     floor_hit: float | None
     """Share on the right floor (and in the right building)."""
     building_hit: float | None
     plane: ErrorQuantiles
     """Error in the plane, whatever the floor."""
     plane_on_floor: ErrorQuantiles
-    """The same of scans on the right floor."""
+    """The same for scans on the right floor."""
     space: ErrorQuantiles
-    """Error in space, where heights are known."""
+    """Error in space, if heights are known."""
     ipin_m: float | None
-    """Third quartile of the error in the plane plus 15 m for each floor off (50 m for a wrong building)."""
+    """Third quartile of the error in the plane plus 15 m for each floor of error (50 m for a wrong building)."""
     inside_68: float | None
-    """Share of true places inside the stated 68 % circle; None where none is stated."""
+    """Share of true places inside the stated 68 % circle; None without circles."""
     inside_95: float | None
 
 
 def plane_error_m(found: Positions, truth: ScanPlaces) -> FloatArray:
-    """(n,) distance in the plane; NaN where the answer is unknown."""
+    """(n,) distance in the plane; NaN if the answer is unknown."""
     return truth.distance_m(found.xy)
 
 
 def score(found: Positions, truth: ScanPlaces) -> Score:
-    """Compare positions (n) with the truth (n); the truth's storeys must be the model's.
+    """Compare positions (n) with the truth (n), which must have the model's storeys.
 
-    Raises ValueError where they are not.
+    Raises ValueError if they have others.
     """
     if found.storeys != truth.storeys:
-        raise ValueError("positions and truth number their storeys differently")
+        raise ValueError("positions and truth have different storeys")
     known = found.known
     answered, true = found[known], truth[known]
     error = plane_error_m(answered, true)
@@ -93,7 +93,7 @@ def score(found: Positions, truth: ScanPlaces) -> Score:
 
 
 def error_quantiles(error_m: FloatArray) -> ErrorQuantiles:
-    """Reduce errors (n,) to figures; those that are not finite are left out."""
+    """Reduce errors (n,) to figures; errors that are not finite are ignored."""
     error_m = error_m[np.isfinite(error_m)]
     if not len(error_m):
         return ErrorQuantiles(scans=0)
@@ -110,7 +110,7 @@ def error_quantiles(error_m: FloatArray) -> ErrorQuantiles:
 
 
 def _penalty_m(found: Positions, truth: ScanPlaces, same_building: BoolArray) -> FloatArray:
-    """(n,) what wrong floors and buildings cost, metres."""
+    """(n,) penalties for wrong floors and buildings, metres."""
     floors_off = np.abs(found.floor - truth.floor)
     return np.asarray(FLOOR_PENALTY_M * floors_off + np.where(same_building, 0.0, BUILDING_PENALTY_M))
 
@@ -122,7 +122,7 @@ def _buildings(found: Positions) -> FloatArray:
 
 
 def _inside(error_m: FloatArray, radius_m: FloatArray) -> float | None:
-    """Share of errors (n,) within radii (n,); None where none is stated."""
+    """Share of errors (n,) within radii (n,); None without radii."""
     stated = np.isfinite(radius_m) & np.isfinite(error_m)
     return _share(error_m[stated] <= radius_m[stated])
 
@@ -133,39 +133,39 @@ def _share(hits: BoolArray) -> float | None:
 
 
 CANDIDATES = ("weighted-knn", "local-kriging", "cell-density")
-"""Tried in this order, the quickest first."""
+"""Candidates in this order, the fastest first."""
 BUDGET_S = 300.0
 _FOLDS = 5
 _PROBED_WITH = 300
-"""A model learns so many scans first, to tell how long all will take."""
+"""Number of scans in a first trial, which estimates how long training takes."""
 _SEED = 0
 
 
 @dataclass(frozen=True)
 class TriedModel:
-    """A model in cross-validation over walks."""
+    """Result of a model in cross-validation over walks."""
 
     name: str
     mean_m: float
-    """Mean error in the plane, metres; NaN where it was not tried."""
+    """Mean error in the plane, metres; NaN if it was not tried."""
     floor_hit: float
     score_m: float
-    """Mean error and 15 m for each scan on a wrong floor: the least is chosen."""
+    """Mean of the error plus 15 m for each scan on a wrong floor, metres; the model with the smallest is chosen."""
     behind_m: tuple[float, float] | None
-    """95 % interval, over walks, of how much greater its score is than the chosen one's; None for few walks."""
+    """95 % interval, over walks, of its score minus that of the chosen model; None for few walks."""
     why: str
-    """In words, why it was chosen, or not."""
+    """Why it was chosen, or not, in words."""
 
 
 @dataclass(frozen=True)
 class ModelTrial:
-    """All models that were tried, the chosen one first."""
+    """All candidates, the chosen one first."""
 
     tried: tuple[TriedModel, ...]
 
     @property
     def chosen(self) -> TriedModel:
-        """The best."""
+        """The best model."""
         return self.tried[0]
 
 
@@ -179,11 +179,11 @@ class _Outcome:
 
     @property
     def cost_m(self) -> FloatArray:
-        """(n,) error and penalty of each scan."""
+        """(n,) error plus penalty of each scan."""
         return self.error_m + FLOOR_PENALTY_M * ~self.right
 
     def mean_cost_m(self) -> float:
-        """Of all scans."""
+        """Mean over all scans."""
         return float(self.cost_m.mean())
 
 
@@ -194,10 +194,10 @@ def tried_models(
     clock: Callable[[], float] = time.monotonic,
     candidates: Sequence[str] = CANDIDATES,
 ) -> ModelTrial:
-    """Cross-validate the candidates over walks, of data without walks over scans.
+    """Cross-validate the candidates over walks, or over scans if the data have no walks.
 
-    One that would overrun the budget is left out, but never the first. Raises DatasetError where there are too few
-    scans to leave any out.
+    Candidates that would exceed the time budget are skipped, except the first. Raises DatasetError if there are too few
+    scans.
     """
     scans, places = labelled
     usable = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
@@ -205,7 +205,7 @@ def tried_models(
     walk = walk_numbers(scans, places)
     parts = list(folds(walk, _FOLDS, _SEED))
     if not parts:
-        raise DatasetError("one fingerprint alone tells nothing of models; name one by --model")
+        raise DatasetError("models cannot be compared on a single fingerprint; choose one with --model")
     truth = [(scans[held_out], places[held_out]) for _, held_out in parts]
     most = max(int(learn.sum()) for learn, _ in parts)
     begun, made, too_long = clock(), list[_Outcome](), list[str]()
@@ -221,12 +221,12 @@ def tried_models(
         progress(number + 1, len(candidates))
     made.sort(key=_Outcome.mean_cost_m)
     walks = np.concatenate([walk[held_out] for _, held_out in parts])
-    told = [_told(one, made[0], walks) for one in made]
+    told = [_tried(one, made[0], walks) for one in made]
     return ModelTrial((*told, *(_left_out(name) for name in too_long)))
 
 
 def _expected_s(name: str, labelled: LabelledScans, most: int, clock: Callable[[], float]) -> float:
-    """Tell by some of the scans how long a model learns ``most`` of them; of few scans nothing is expected."""
+    """Estimate the training time for ``most`` scans from some of them; no estimate for few scans."""
     scans, places = labelled
     probe = np.sort(np.random.default_rng(_SEED).permutation(len(scans))[:_PROBED_WITH])
     if len(probe) == len(scans):
@@ -237,13 +237,13 @@ def _expected_s(name: str, labelled: LabelledScans, most: int, clock: Callable[[
 
 
 def _outcome(name: str, found: Sequence[Positions], truth: Sequence[LabelledScans]) -> _Outcome:
-    """Compare with the truth; a scan that is unknown errs by as much as the worst."""
+    """Compare with the truth; a scan without an answer counts with the largest error."""
     error_m = np.concatenate([plane_error_m(one, places) for one, (_, places) in zip(found, truth, strict=True)])
     right = np.concatenate([one.storey == places.storey for one, (_, places) in zip(found, truth, strict=True)])
     return _Outcome(name, np.where(np.isnan(error_m), np.nanmax(error_m), error_m), right)
 
 
-def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
+def _tried(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
     mean_m, score_m = float(one.error_m.mean()), one.mean_cost_m()
     why = "chosen: the best" if one is chosen else f"{score_m / chosen.mean_cost_m() - 1:.1%} worse"
     behind_m = None if one is chosen else mean_interval(one.cost_m - chosen.cost_m, walks)
@@ -252,4 +252,4 @@ def _told(one: _Outcome, chosen: _Outcome, walks: FloatArray) -> TriedModel:
 
 def _left_out(name: str) -> TriedModel:
     unknown = float("nan")
-    return TriedModel(name, unknown, unknown, unknown, None, "not tried: longer than the time budget")
+    return TriedModel(name, unknown, unknown, unknown, None, "not tried: takes longer than the time budget")

@@ -1,7 +1,7 @@
-"""Where scans were taken (what a model learns), and where a model puts them.
+"""Places of scans for training, and positions estimated by a model.
 
-Which training scans may speak for others when a model tells how well it does: never those of the same walk. A density
-over places is spread on cells: those near where somebody was, on every storey.
+Also defines which training scans may be used for others in calibration (never those of the same walk), and a density
+over cells near the surveyed places, on every storey.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ SIXTY_EIGHT, NINETY_FIVE = 0.68, 0.95
 
 @dataclass(frozen=True)
 class ScanPlaces:
-    """True (or labelled) places of ``n`` scans; behaves as scikit-learn expects of ``y``."""
+    """True (or labelled) places of ``n`` scans. It can be used as scikit-learn's ``y``."""
 
     storeys: tuple[Storey, ...]
-    """All floors there are, in order."""
+    """All floors, in order."""
     storey: IntArray
     """(n,) index into ``storeys``."""
     xy: FloatArray
@@ -32,7 +32,7 @@ class ScanPlaces:
     z: FloatArray
     """(n,) metres above the building's zero; NaN: unknown."""
     sigma_m: FloatArray
-    """(n,) standard deviation of the label per axis; NaN: not stated."""
+    """(n,) standard deviation of the label per axis; NaN if unknown."""
 
     def __len__(self) -> int:
         return len(self.storey)
@@ -46,12 +46,12 @@ class ScanPlaces:
         return rows_of(self, rows)
 
     def arrays(self) -> dict[str, AnyArray]:
-        """Return storeys, positions and heights, for saving; how sure the labels were is not kept."""
+        """Return storeys, positions and heights, for saving; standard deviations of labels are not saved."""
         return {"storey": self.storey.astype(np.int32), "xy": self.xy, "z": self.z}
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, storeys: tuple[Storey, ...]) -> Self:
-        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit."""
+        """Restore from the result of :meth:`arrays`; ``n`` is their number. Raises ValueError if it does not fit."""
         return cls(
             storeys=storeys,
             storey=arrays.integers("storey", "n", below=len(storeys)).astype(np.int64),
@@ -61,12 +61,12 @@ class ScanPlaces:
         )
 
     def over(self, storeys: tuple[Storey, ...]) -> ScanPlaces:
-        """Number storeys by another list that holds them all."""
+        """Number the storeys by another list that contains them all."""
         number = np.array([storeys.index(storey) for storey in self.storeys], dtype=np.int64)
         return replace(self, storeys=storeys, storey=number[self.storey])
 
     def distance_m(self, xy: FloatArray) -> FloatArray:
-        """Return how far (n,) positions (n, 2) lie from the places, metres in the plane; NaN where one is unknown."""
+        """Return the distances (n,) of positions (n, 2) from the places, metres in the plane; NaN if one is unknown."""
         return np.asarray(np.hypot(*(xy - self.xy).T))
 
     @property
@@ -76,7 +76,7 @@ class ScanPlaces:
 
     @property
     def storey_height_m(self) -> FloatArray:
-        """(len(storeys),) median height of each storey's places, metres; NaN where none is known."""
+        """(len(storeys),) median height of each storey's places, metres; NaN if none is known."""
         height_m = np.full(len(self.storeys), np.nan)
         known = np.isfinite(self.z)
         for storey in np.unique(self.storey[known]):
@@ -85,22 +85,22 @@ class ScanPlaces:
 
 
 def joined_places(parts: Sequence[ScanPlaces]) -> ScanPlaces:
-    """Put places after others, over the storeys of all, in order."""
+    """Concatenate places, over the storeys of all, in order."""
     storeys = tuple(sorted({storey for part in parts for storey in part.storeys}))
     return joined_rows([part.over(storeys) for part in parts])
 
 
 LabelledScans = tuple[RadioScans, ScanPlaces]
-"""Scans (n) and where they were taken (n)."""
+"""Scans (n) and their places (n)."""
 
 
 @dataclass(frozen=True)
 class Positions:
-    """What a model says of ``n`` scans."""
+    """Estimated positions of ``n`` scans."""
 
     storeys: tuple[Storey, ...]
     storey: IntArray
-    """(n,) index into ``storeys``; -1: unknown (nothing known was heard)."""
+    """(n,) index into ``storeys``; -1: unknown (no known access point was heard)."""
     xy: FloatArray
     """(n, 2) BCS metres; NaN: unknown."""
     z: FloatArray
@@ -108,11 +108,11 @@ class Positions:
     storey_probability: FloatArray
     """(n, len(storeys))"""
     radius_68_m: FloatArray
-    """(n,) the true place lies within this distance in the plane with 68 % probability; NaN: unknown."""
+    """(n,) the true place is within this distance in the plane with 68 % probability; NaN: unknown."""
     radius_95_m: FloatArray
     """(n,) the same with 95 %."""
     unlike: BoolArray | None = None
-    """(n,) nothing like the scan was learned, so that no radius can be relied on; None: the model cannot tell."""
+    """(n,) whether the scan is unlike the training set, so that its radii are unreliable; None: not available."""
 
     def __len__(self) -> int:
         return len(self.storey)
@@ -122,12 +122,12 @@ class Positions:
 
     @property
     def known(self) -> BoolArray:
-        """(n,) whether the model could say anything."""
+        """(n,) whether the model has an answer."""
         return self.storey >= 0
 
     @property
     def floor(self) -> IntArray:
-        """(n,) floor numbers; where unknown, that of the first storey: look at ``known``."""
+        """(n,) floor numbers; if unknown, that of the first storey (see ``known``)."""
         return np.array([storey.floor for storey in self.storeys], dtype=np.int64)[np.maximum(self.storey, 0)]
 
     def without(self, rows: BoolArray) -> Self:
@@ -141,16 +141,16 @@ class Positions:
 
 
 CALIBRATED_WITH = 2000
-"""Most scans that are left out in turn: more would not make radii truer."""
+"""Largest number of scans that are left out in turn; more would not improve the radii."""
 
 
 def calibration_rows(count: int, most: int = CALIBRATED_WITH) -> IntArray:
-    """Return which of so many scans calibrate: (k,), evenly spread, in order; of a lone scan none, to learn from it."""
+    """Return which scans are used for calibration: (k,), evenly spread, in order; none if there is only one scan."""
     return np.unique(np.linspace(0, count - 1, most if count > 1 else 0).astype(np.int64))
 
 
 def walk_numbers(scans: RadioScans, places: ScanPlaces) -> IntArray:
-    """Number the walks (n,): scans of one are not independent, so that they are left out together.
+    """Number the walks (n,). Scans of one walk are not independent, so they are left out together.
 
     Those of :func:`lone_walks` count as walks of one scan.
     """
@@ -159,9 +159,9 @@ def walk_numbers(scans: RadioScans, places: ScanPlaces) -> IntArray:
 
 
 def lone_walks(scans: RadioScans, places: ScanPlaces) -> BoolArray:
-    """Which scans (n,) have no session, or one that is alone on one of its storeys.
+    """Return which scans (n,) have no session, or one that is alone on one of its storeys.
 
-    Left out, nothing would be known of that storey.
+    Without such a session its storey would have no training data.
     """
     names, session = np.unique(scans.session, return_inverse=True)
     visited = np.zeros((len(names), len(places.storeys)), dtype=np.bool_)
@@ -171,15 +171,15 @@ def lone_walks(scans: RadioScans, places: ScanPlaces) -> BoolArray:
 
 
 def area_numbers(places: ScanPlaces, side_m: float) -> IntArray:
-    """Number the squares (n,) that places lie in, whatever the storey."""
+    """Number the squares (n,) that contain the places, whatever the storey."""
     at = np.floor(places.xy / side_m).astype(np.int64)
     return np.unique(at, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, BoolArray]]:
-    """Deal walks (n,) or areas to at most ``count`` folds; yield masks of what trains and what is held out.
+    """Deal walks (n,) or areas to at most ``count`` folds; yield masks of training and held-out scans.
 
-    Nothing comes where there is but one walk.
+    Yields nothing if there is only one walk.
     """
     fold = fold_numbers(walks, count, seed)
     for number in range(fold.max(initial=-1) + 1):
@@ -189,13 +189,13 @@ def folds(walks: IntArray, count: int, seed: int) -> Iterator[tuple[BoolArray, B
 
 
 def fold_numbers(walks: IntArray, count: int, seed: int) -> IntArray:
-    """Deal walks (n,) or areas to at most ``count`` folds: (n,) which each scan is in."""
+    """Deal walks (n,) or areas to at most ``count`` folds; return the fold (n,) of each scan."""
     numbers, walk = np.unique(walks, return_inverse=True)
     return np.asarray((np.random.default_rng(seed).permutation(len(numbers)) % count)[walk])
 
 
 def usable_validation(validation: LabelledScans | None) -> LabelledScans | None:
-    """Return the held-out scans that hear something and have a place; None where there are none."""
+    """Return the held-out scans that hear something and have a place; None if there are none."""
     if validation is None:
         return None
     scans, places = validation
@@ -204,9 +204,9 @@ def usable_validation(validation: LabelledScans | None) -> LabelledScans | None:
 
 
 MEDIAN_STEPS = 12
-"""Of the geometric median: a fixed number, so that an exported network takes the same ones."""
+"""Steps of the geometric median, a fixed number, so that an exported network does the same."""
 SMOOTH_M = 1.0
-"""Distances below this count as this in the geometric median."""
+"""Lower limit of distances in the geometric median."""
 
 
 @dataclass(frozen=True)
@@ -222,13 +222,13 @@ class DensityCells:
         return len(self.storey)
 
     def on(self, storey: IntArray) -> BoolArray:
-        """(n, c) whether each cell lies on the storey (n,) of a scan."""
+        """(n, c) whether each cell is on the storey (n,) of a scan."""
         return np.asarray(self.storey == storey[:, None])
 
     def label_densities(self, places: ScanPlaces, width_m: float) -> FloatArray:
         """Spread each of ``n`` places over the cells of its storey: (n, c), rows sum to 1.
 
-        A Gaussian of this standard deviation, wider where the label is unsure.
+        Uses a Gaussian of this standard deviation, or a wider one if the label is uncertain.
         """
         variance = width_m**2 + np.nan_to_num(places.sigma_m) ** 2
         exponent = np.where(self.on(places.storey), -self._distance_m2(places.xy) / (2 * variance[:, None]), -np.inf)
@@ -238,7 +238,7 @@ class DensityCells:
     def median(self, density: FloatArray) -> FloatArray:
         """Return geometric medians (n, 2), metres, of densities (n, c), by Weiszfeld's steps from the mean.
 
-        Unlike the mean it is not pulled by far-off second guesses, and unlike the mode it does not jump.
+        Distant second guesses do not pull it, as they pull the mean, and it does not jump, as the mode does.
         """
         pull = density
         for _ in range(MEDIAN_STEPS):
@@ -258,7 +258,7 @@ class DensityCells:
 
 
 def cells_near(places: ScanPlaces, side_m: float, around: int = 1) -> DensityCells:
-    """Make the cells that hold a place, and those up to so many sides away; sides lie at multiples of ``side_m``."""
+    """Make the cells that contain a place, and cells up to ``around`` sides away; sides are multiples of ``side_m``."""
     near = np.unique(np.column_stack([places.storey, np.floor(places.xy / side_m).astype(np.int64)]), axis=0)
     for axis in (1, 2):
         steps = np.zeros((2 * around + 1, 3), dtype=np.int64)

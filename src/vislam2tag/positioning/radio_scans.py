@@ -1,7 +1,7 @@
-"""Radio scans as arrays: who was heard and how loud, sparse, for many scans at once.
+"""Radio scans as sparse arrays of levels, for many scans at once.
 
-RSSI becomes numbers that a model can compare (Torres-Sospedra et al. 2015), and augmented copies of them. Arrays of a
-model's file are taken one by one with what they must be: nothing is used that does not fit the rest.
+RSSI can be represented by numbers that a model can compare (Torres-Sospedra et al. 2015), and scans can be augmented.
+Arrays of a model's file are checked one by one before they are used.
 """
 
 from __future__ import annotations
@@ -21,39 +21,39 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 Size = int | str
-"""Of an axis: a number, or a letter that stands for the same number in all arrays; the first array sets it."""
+"""Size of an axis: a number, or a letter for the same number in all arrays, which the first array sets."""
 
 _GREATEST = 1e100
-"""Numbers whose products and squares are finite, too."""
+"""Larger numbers may have infinite products and squares."""
 
 
 class CheckedArrays:
-    """Named arrays; each is taken with its kind, shape and range. Raises ValueError where it has others."""
+    """Named arrays with checks of type, shape and range; raises ValueError if one does not fit."""
 
     def __init__(self, arrays: Mapping[str, AnyArray], **sizes: int) -> None:
-        """Take the arrays, and the sizes of axes that are known already."""
+        """Set the arrays, and the known sizes of axes."""
         self._arrays = arrays
         self.sizes = dict(sizes)
 
     def floats(self, name: str, *shape: Size, least: float = -math.inf, unknown: bool = False) -> AnyArray:
-        """Take finite numbers of ``least`` or more; ``unknown``: NaN may stand for some."""
+        """Return finite numbers of ``least`` or more; with ``unknown`` NaN is allowed."""
         array = self._taken(name, "f", shape)
         if array.dtype.itemsize < 4:
-            raise ValueError(f"{name} has numbers of {array.dtype}, expected single or double precision")
+            raise ValueError(f"{name} contains {array.dtype} values, expected single or double precision")
         usable = (np.abs(array) <= _GREATEST) & (array >= least)
         if not (usable | np.isnan(array) if unknown else usable).all():
-            raise ValueError(f"{name} has numbers that are not finite, or out of its range")
+            raise ValueError(f"{name} contains numbers that are not finite, or out of range")
         return array
 
     def integers(self, name: str, *shape: Size, least: int = 0, below: float = math.inf) -> AnyArray:
-        """Take whole numbers from ``least`` to ``below``, exclusive."""
+        """Return whole numbers from ``least`` to ``below``, exclusive."""
         array = self._taken(name, "iu", shape)
         if array.size and not (least <= int(array.min()) and int(array.max()) < below):
-            raise ValueError(f"{name} has numbers out of its range")
+            raise ValueError(f"{name} contains numbers out of range")
         return array
 
     def booleans(self, name: str, *shape: Size) -> AnyArray:
-        """Take truth values."""
+        """Return truth values."""
         return self._taken(name, "b", shape)
 
     def __contains__(self, name: str) -> bool:
@@ -64,13 +64,13 @@ class CheckedArrays:
             raise ValueError(f"{name} is missing")
         array = self._arrays[name]
         if array.dtype.kind not in kinds:
-            raise ValueError(f"{name} has numbers of {array.dtype}")
+            raise ValueError(f"{name} contains {array.dtype} values")
         if array.ndim != len(shape):
             raise ValueError(f"{name} has {array.ndim} axes, expected {len(shape)}")
         for size, found in zip(shape, array.shape, strict=True):
             known = self.sizes.setdefault(size, found) if isinstance(size, str) else size
             if found != known or not found:
-                raise ValueError(f"{name} has the shape {array.shape}, which does not fit the rest")
+                raise ValueError(f"{name} has the shape {array.shape}, which does not fit the other arrays")
         return array
 
 
@@ -80,13 +80,13 @@ RecordT = TypeVar("RecordT", bound="DataclassInstance")
 
 
 def rows_of(record: RecordT, rows: Rows) -> RecordT:
-    """Take some rows of a record whose arrays all have as many; what is no array stays."""
+    """Select rows of a record with arrays of equal length; fields that are not arrays are kept."""
     values = {each.name: getattr(record, each.name) for each in fields(record)}
     return replace(record, **{name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)})
 
 
 def joined_rows(parts: Sequence[RecordT]) -> RecordT:
-    """Put the rows of some records after those of others; there is at least one."""
+    """Concatenate the rows of records; there is at least one."""
     names = [each.name for each in fields(parts[0]) if isinstance(getattr(parts[0], each.name), np.ndarray)]
     return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
@@ -96,9 +96,9 @@ _DEVICE, _WALK = "device", "walk"
 
 @dataclass(frozen=True)
 class RadioScans:
-    """``n`` scans over ``a`` access points; of each only what was heard is kept, row after row.
+    """``n`` scans over ``a`` access points; only heard levels are stored, row after row.
 
-    Behaves as scikit-learn expects of ``X``: it has a length and a shape, and rows can be taken by index or mask.
+    It can be used as scikit-learn's ``X``: it has a length and a shape, and rows can be selected by index or mask.
     """
 
     access_points: tuple[str, ...]
@@ -106,15 +106,15 @@ class RadioScans:
     start: IntArray
     """(n + 1,) readings ``start[i]`` to ``start[i + 1]`` are those of scan i."""
     column: IntArray
-    """(m,) access point of each reading, none twice in a scan."""
+    """(m,) access point of each reading, at most once in a scan."""
     rssi_dbm: FloatArray
     """(m,)"""
     device: TextArray
-    """(n,) phone; empty where unknown."""
+    """(n,) phone; empty if unknown."""
     session: TextArray
-    """(n,) walk; empty where there are none."""
+    """(n,) walk; empty if unknown."""
     time_ns: IntArray
-    """(n,) start of the scan; 0 where unknown."""
+    """(n,) start of the scan; 0 if unknown."""
 
     def __len__(self) -> int:
         return len(self.start) - 1
@@ -150,14 +150,14 @@ class RadioScans:
         )
 
     def over(self, access_points: Sequence[str]) -> RadioScans:
-        """Re-express over other columns; readings of access points that are not among them are left out."""
+        """Return the scans over other columns; readings of other access points are dropped."""
         place = {name: column for column, name in enumerate(access_points)}
         new = np.array([place.get(name, -1) for name in self.access_points], dtype=np.int64)
         column = new[self.column] if len(self.column) else self.column
         return replace(self, access_points=tuple(access_points), column=column).only(column >= 0)
 
     def only(self, readings: BoolArray) -> RadioScans:
-        """Leave out the readings that are not in the mask (m,)."""
+        """Keep only the readings in the mask (m,)."""
         heard = np.bincount(self.row[readings], minlength=len(self))
         return replace(
             self,
@@ -167,7 +167,7 @@ class RadioScans:
         )
 
     def arrays(self) -> dict[str, AnyArray]:
-        """Return what was heard, for saving; of devices and sessions only which are the same, times are not kept."""
+        """Return arrays for saving; devices and sessions become numbers, and times are dropped."""
         return {
             "start": self.start,
             "column": self.column.astype(np.int32),
@@ -178,16 +178,16 @@ class RadioScans:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, access_points: Sequence[str]) -> Self:
-        """Take back what :meth:`arrays` gave; ``n`` is their number. Raises ValueError where it does not fit.
+        """Restore from the result of :meth:`arrays`; ``n`` is their number. Raises ValueError if it does not fit.
 
-        Older files tell neither devices nor sessions.
+        Older files contain neither devices nor sessions.
         """
         column = arrays.integers("column", "readings", below=len(access_points)).astype(np.int64)
         rssi_dbm = arrays.floats("rssi_dbm", "readings")
         start = arrays.integers("start", "ends", below=len(column) + 1)
         n = arrays.sizes.setdefault("n", len(start) - 1)
         if start[0] != 0 or start[-1] != len(column) or (np.diff(start) < 0).any() or len(start) != n + 1:
-            raise ValueError("start has other numbers of readings than there are")
+            raise ValueError("start does not fit the number of readings")
         return cls(
             access_points=tuple(access_points),
             start=start,
@@ -199,14 +199,14 @@ class RadioScans:
         )
 
     def dense(self, not_heard: float = np.nan) -> FloatArray:
-        """Make the (n, a) matrix of levels, dBm; ``not_heard`` where nothing was."""
+        """Make the (n, a) matrix of levels, dBm; ``not_heard`` if there is no reading."""
         matrix = np.full(self.shape, not_heard)
         matrix[self.row, self.column] = self.rssi_dbm
         return matrix
 
 
 def joined_scans(parts: Sequence[RadioScans]) -> RadioScans:
-    """Put scans after others, over the access points of all, in order of their names."""
+    """Concatenate scans, over the access points of all, sorted by name."""
     access_points = sorted({name for part in parts for name in part.access_points})
     whole = [part.over(access_points) for part in parts]
     heard = np.concatenate([part.heard for part in whole])
@@ -214,12 +214,12 @@ def joined_scans(parts: Sequence[RadioScans]) -> RadioScans:
 
 
 def _numbered(names: TextArray) -> IntArray:
-    """(n,) a number for each name, -1 where it is empty."""
+    """(n,) a number for each name, -1 if it is empty."""
     return np.where(names == "", -1, np.unique(names, return_inverse=True)[1]).astype(np.int32)
 
 
 def _named(arrays: CheckedArrays, kind: str, n: int) -> TextArray:
-    """(n,) names that nothing else has, by number; empty where none is told."""
+    """(n,) unique names made from numbers; empty if there are none."""
     if kind not in arrays:
         return np.full(n, "", dtype=np.str_)
     number = arrays.integers(kind, "n", least=-1)
@@ -233,11 +233,10 @@ def scans_from_readings(
     n: int,
     **known: Any,
 ) -> RadioScans:
-    """Make ``n`` scans of readings in any order: the scan (0 to n-1), access point and level of each (k,).
+    """Make ``n`` scans from readings in any order: scan (0 to n-1), access point and level of each (k,).
 
-    Columns are the access points in order of their names. Of several readings of one access point in one scan the
-    mean in dBm counts; levels that are not finite count as not heard. ``known`` may give ``device``, ``session`` and
-    ``time_ns`` (n,).
+    Columns are the access points sorted by name. Several readings of one access point in a scan are averaged in dBm;
+    levels that are not finite count as not heard. ``known`` may contain ``device``, ``session`` and ``time_ns`` (n,).
     """
     finite = np.isfinite(rssi_dbm)
     names, column = np.unique(bssid[finite], return_inverse=True)
@@ -257,7 +256,7 @@ def scans_from_readings(
 
 
 def scans_of_walk(scan: IntArray, bssid: TextArray, rssi_dbm: FloatArray, time_ns: IntArray, device: str) -> RadioScans:
-    """The scans of one walk of a ``device``, of readings (k,), in order of their numbers ``scan`` (k,).
+    """Make the scans of one walk of a ``device`` from readings (k,), in order of their numbers ``scan`` (k,).
 
     Each has the mean time of its readings.
     """
@@ -276,36 +275,36 @@ def scans_of_walk(scan: IntArray, bssid: TextArray, rssi_dbm: FloatArray, time_n
 
 
 FAINTEST_DBM = -105.0
-"""Level that counts as nothing: phones report none below it."""
+"""Level that counts as zero; phones report no lower one."""
 EXPONENT = float(np.e)
 """Exponent of the powed representation."""
 SOFTNESS_DBM = 24.0
 """Scale of the exponential representation."""
 _NOISE, _OFFSET = 0.03, 0.04
-"""Standard deviation of levels (of 1 = 105 dB): of each, and common to a scan, as phones differ (3 dB and 4 dB)."""
+"""Standard deviation of single levels, and of a scan's common offset (3 dB and 4 dB, in units of 105 dB)."""
 _FAINTEST = 0.005
 _MOST_MISSED = 0.4
-"""Each scan misses a share of its access points, drawn from 0 to this."""
+"""Each augmented scan misses a share of its access points, drawn from 0 to this."""
 
 
 class Representation(StrEnum):
-    """How a level becomes a number from 0 (not heard) to 1 (0 dBm)."""
+    """Conversion of a level to a number from 0 (not heard) to 1 (0 dBm)."""
 
     POSITIVE = "positive"
     """Linear in dBm."""
     POWED = "powed"
-    """The positive one to the power of e: differences between strong levels count more."""
+    """The positive representation to the power of e; differences between strong levels count more."""
     EXPONENTIAL = "exponential"
-    """Closer to received power still."""
+    """Still closer to received power."""
 
 
 def represented(scans: RadioScans, representation: Representation) -> FloatArray:
-    """Make the (n, a) matrix of numbers from 0 to 1; 0 where an access point is not heard."""
+    """Make the (n, a) matrix of numbers from 0 to 1; 0 if an access point is not heard."""
     return represented_levels(scans.dense(FAINTEST_DBM), representation)
 
 
 def represented_levels(level_dbm: FloatArray, representation: Representation) -> FloatArray:
-    """Return levels, dBm, in an array of any shape, as numbers from 0 to 1."""
+    """Convert levels, dBm, in an array of any shape to numbers from 0 to 1."""
     above = np.clip(level_dbm - FAINTEST_DBM, 0.0, -FAINTEST_DBM)
     if representation is Representation.EXPONENTIAL:
         return np.where(above > 0, np.exp((above + FAINTEST_DBM) / SOFTNESS_DBM), 0.0)
@@ -314,7 +313,7 @@ def represented_levels(level_dbm: FloatArray, representation: Representation) ->
 
 
 def augmented(level: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Return other levels (n, a) from 0 to 1: some access points missed, all offset, each with noise."""
+    """Return augmented levels (n, a) from 0 to 1: some access points missed, a common offset, noise."""
     n = len(level)
     heard = (level > 0) & (rng.random(level.shape) > _MOST_MISSED * rng.random((n, 1)))
     offset = _OFFSET * rng.standard_normal((n, 1))

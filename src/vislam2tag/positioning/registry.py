@@ -1,6 +1,6 @@
-"""What every positioning model shares: scikit-learn's interface, the access points it knows, and its registry.
+"""Base class of positioning models: scikit-learn's interface, known access points, and the registry.
 
-Of models of version 0.2 that were removed it says what to use instead: one message for names, parameters and files.
+For removed models of version 0.2 it names replacements, for names, parameters and files.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ REMOVED: Mapping[str, str] = MappingProxyType(
         "knn": "use weighted-knn",
         "probabilistic": "use weighted-knn",
         "extra-trees": "use weighted-knn",
-        "combined": "train without --model, which takes the best one",
+        "combined": "train without --model, which chooses the best model",
         "cell-density-networks": "use cell-density",
     }
 )
-"""What to do instead, by name."""
+"""Replacements, by name."""
 REMOVED_PARAMETERS: frozenset[tuple[str, str]] = frozenset({("cell-density", "networks")})
-"""By model and parameter; an empty value in a file means the model as it is now."""
+"""By model and parameter; an empty value in a file means the present model."""
 
 
 def removed_model(name: str) -> str | None:
@@ -58,31 +58,32 @@ NamedArrays = dict[str, AnyArray]
 
 
 class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
-    """A model from radio scans to places, with the parameters of ``__init__`` as scikit-learn wants them.
+    """A model from radio scans to places. ``__init__`` has the parameters, as scikit-learn requires.
 
-    ``fit`` and ``predict`` here do what all models need; a model implements ``_fit``, ``_predict`` and, to be saved,
+    ``fit`` and ``predict`` here do what all models need. A model implements ``_fit``, ``_predict`` and, to be saved,
     ``arrays`` and ``restore``.
     """
 
     access_points_: tuple[str, ...]
-    """What was heard in training; nothing else is looked at."""
+    """Access points of the training set; all others are ignored."""
     storeys_: tuple[Storey, ...]
     progress: Progress[float] = staticmethod(silent)
-    """Called during ``fit`` by models that take long, with the steps done; no parameter, and not copied."""
+    """Called during ``fit`` by slow models with the completed steps; not a parameter, and not copied."""
 
     def fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None = None) -> Self:
         """Learn from scans (n) and their places (n).
 
-        ``validation`` is for early stopping and calibration; without it a model draws its own from the training data.
-        Raises DatasetError where there is nothing to learn from.
+        ``validation`` is used for early stopping and calibration; without it the model draws a part of the training
+        set. Raises DatasetError if there is nothing to learn from.
         """
         if len(scans) != len(places):
             raise ValueError(f"{len(scans)} scans and {len(places)} places")
         usable = (scans.heard > 0) & np.isfinite(places.xy).all(axis=1) & (places.storey >= 0)
         if not usable.any():
             raise DatasetError(
-                "no fingerprint to learn from: none is labelled and hears an access point; "
-                "look at labelled_share and readings in fingerprints.parquet"
+                "no fingerprint to learn from: none has both a label and a reading; check labelled_share and readings "
+                "in "
+                "fingerprints.parquet"
             )
         scans, places = scans[usable], places[usable]
         heard = np.bincount(scans.column, minlength=len(scans.access_points)) > 0
@@ -94,10 +95,10 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         return self
 
     def predict(self, scans: RadioScans) -> Positions:
-        """Say where scans were taken; those that hear none of the known access points are unknown."""
+        """Estimate where scans were taken; scans without a known access point are unknown."""
         known = scans.over(self.access_points_)
         deaf = known.heard == 0
-        alone = replace(known, session=np.where(deaf, "", known.session))  # deaf ones tell nothing of their walk
+        alone = replace(known, session=np.where(deaf, "", known.session))  # empty scans must not affect their walk
         return self._predict(alone).without(deaf)
 
     def score(self, scans: RadioScans, places: ScanPlaces) -> float:
@@ -106,11 +107,11 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
         return -float(np.nanmean(error))
 
     def remarks(self) -> Sequence[str]:
-        """Return what somebody who trained the model should know of its training data, a sentence each."""
+        """Return remarks about the training data for the user, one sentence each."""
         return ()
 
     def learned(self) -> LabelledScans | None:
-        """Return the scans that the model keeps, and where they were taken; None where it keeps none."""
+        """Return the scans that the model stores, and their places; None if it stores none."""
         return None
 
     def torch_module(self) -> Any:
@@ -119,11 +120,11 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
 
     @abstractmethod
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
-        """Learn; the scans' columns are ``access_points_``, every scan hears one of them and has a place."""
+        """Learn; the scans' columns are ``access_points_``, and every scan has a reading and a place."""
 
     @abstractmethod
     def _predict(self, scans: RadioScans) -> Positions:
-        """Predict for scans over ``access_points_``; those that hear nothing may get anything."""
+        """Predict for scans over ``access_points_``; the result for empty scans is ignored."""
 
     @abstractmethod
     def arrays(self) -> NamedArrays:
@@ -131,11 +132,11 @@ class Positioner(BaseEstimator):  # type: ignore[misc]  # scikit-learn has no ty
 
     @abstractmethod
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
-        """Take back what :meth:`arrays` gave; ``access_points_`` and ``storeys_`` are set already."""
+        """Restore from the result of :meth:`arrays`; ``access_points_`` and ``storeys_`` are already set."""
 
 
 GREATEST = 2**32 - 1
-"""No parameter is greater; seeds go so far."""
+"""Upper limit of parameters and seeds."""
 ModelFactory = Callable[..., Positioner]
 MODELS: Registry[ModelFactory] = Registry(plugins.MODELS)
 register = MODELS.add
@@ -152,20 +153,20 @@ def model_named(name: str, **parameters: Any) -> Positioner:
         if parameter not in own and (removed := removed_parameter(name, parameter)):
             raise UsageError(removed)
         if parameter not in own:
-            raise UsageError(f"model {name} has no parameter '{parameter}'; there are: {', '.join(own)}")
+            raise UsageError(f"model {name} has no parameter '{parameter}'; it has: {', '.join(own)}")
         if not _alike(value, own[parameter]) or (parameter == "seed" and value < 0):
-            raise UsageError(f"model {name}: {parameter}={value!r}: give something like {own[parameter]!r}")
+            raise UsageError(f"model {name}: {parameter}={value!r}: expected a value such as {own[parameter]!r}")
     return factory(**parameters)
 
 
 def model_modules(name: str) -> tuple[str, str]:
-    """Names of the modules that a model is made in and is written in."""
+    """Names of the modules in which a model is registered and implemented."""
     factory = MODELS.named(name)
     return factory.__module__, type(factory()).__module__
 
 
 def _alike(value: Any, default: Any) -> bool:
-    """Whether a value is of its default's kind, and no number beyond ``GREATEST``; a whole one will do for any."""
+    """Whether a value has the type of its default and is at most ``GREATEST``; whole numbers are valid as floats."""
     if default is None:
         return True
     if isinstance(default, bool) or isinstance(value, bool):

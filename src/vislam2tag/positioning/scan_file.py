@@ -1,11 +1,12 @@
-"""Scans to locate, read from CSV or JSON lines block by block: files may be larger than memory.
+"""Reads scans to locate from CSV or JSON lines block by block, because files may be larger than memory.
 
-One reading a line: ``scan_id``, ``bssid``, ``rssi_dbm``, and where they are known the scan's ``session`` and
-``time_ns``; the readings of a scan stand together (docs/how-to/locate.md).
+There is one reading in each line: ``scan_id``, ``bssid``, ``rssi_dbm``, and, if known, the scan's ``session`` and
+``time_ns``. The readings of a scan are on successive lines (docs/how-to/locate.md).
 
-Beside them, where a phone's tracker saw itself during walks, from a CSV or from what `vislam2tag process` wrote. CSV:
-``session``, ``time_ns``, ``x``, ``y`` in metres, level, with any origin and heading; steps of a step counter, summed
-up, are such a track. A folder: ``process``' output or its ``trajectory`` tables, one session a file.
+Also reads tracks: the phone's positions by its tracker during walks, from a CSV file or from the output of `vislam2tag
+process`. CSV: ``session``, ``time_ns``, ``x``, ``y`` in metres, level, with any origin and heading; summed steps of a
+step counter are also a track. A folder: the output of ``process`` or its ``trajectory`` tables, one file for each
+session.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
 WALK_COLUMNS = ("session", "time_ns")
-"""May be there, too: walk and time of the scan; its first line counts."""
+"""Optional columns: walk and time of the scan, from its first line."""
 JSON_SUFFIXES = (".jsonl", ".ndjson", ".json")
 SCANS_AT_ONCE = 4096
 _WHOLE_NUMBER = re.compile(r"-?[0-9]{1,18}")
@@ -56,17 +57,17 @@ MASKED: FindingKind = "masked_addresses"
 LOST_SIGN: FindingKind = "lost_sign"
 FILLER: FindingKind = "unstated_filler"
 Fields = tuple[str, str, str, str, str]
-"""Scan, access point, level, session and time as text; empty where it is not said."""
-_LEFT_OUT = "these lines are left out"
+"""Scan, access point, level, session and time as text; empty if missing."""
+_LEFT_OUT = "these lines are skipped"
 _MESSAGES: dict[FindingKind, str] = {
-    MALFORMED: f"expected {', '.join(COLUMNS)}, the level a number; {_LEFT_OUT}",
-    UNTIMED: "time_ns is not a whole number; these scans are located alone, outside their session",
+    MALFORMED: f"expected {', '.join(COLUMNS)}, with a number as level; {_LEFT_OUT}",
+    UNTIMED: "time_ns is not a whole number; these scans are located one by one, without their session",
 }
 
 
 @dataclass(frozen=True)
 class ScanBlock:
-    """Some scans of a file, in its order."""
+    """Some scans of a file, in file order."""
 
     ids: TextArray
     scans: RadioScans
@@ -74,17 +75,17 @@ class ScanBlock:
 
 @dataclass
 class BadLines:
-    """Counts what could not be used, while a file is read."""
+    """Counts unusable lines while a file is read."""
 
     file: str
     counts: dict[FindingKind, int] = field(default_factory=dict)
     first: dict[FindingKind, list[int]] = field(default_factory=dict)
     levels: int = 0
-    """Lines with a number for a level."""
+    """Number of lines with a numeric level."""
     masked: set[str] = field(default_factory=set)
-    """What was written for addresses that are not known."""
+    """Placeholders for unknown addresses in the file."""
     filler: Filler | None = None
-    """The level that stands for "not heard"."""
+    """The level that means "not heard"."""
 
     def add(self, kind: FindingKind, line: int) -> None:
         """Count a line (1-based)."""
@@ -115,7 +116,7 @@ class BadLines:
         return Finding.at_lines(kind, self.file, lines, _MESSAGES[kind])
 
     def _join(self, kind: FindingKind, into: FindingKind) -> None:
-        """Count the lines of one kind as those of another."""
+        """Count the lines of one kind as another kind."""
         self.counts[into] = self.counts.get(into, 0) + self.counts.pop(kind)
         self.first[into] = sorted([*self.first.get(into, []), *self.first.pop(kind)])[:ROWS_NAMED]
 
@@ -133,17 +134,17 @@ class _Gathered:
     times_ns: list[int] = field(default_factory=list)
 
     def full(self, session: str) -> bool:
-        """Whether a scan of this session belongs to the next block: walks are not cut."""
+        """Whether a scan of this session belongs to the next block, because walks are not split."""
         return len(self.ids) >= SCANS_AT_ONCE and not (session and session == self.sessions[-1])
 
     def begin(self, scan_id: str, session: str, time_ns: int) -> None:
-        """Take the next scan, which has no readings yet."""
+        """Begin the next scan, without readings."""
         self.ids[scan_id] = len(self.ids)
         self.sessions.append(session)
         self.times_ns.append(time_ns)
 
     def filler(self) -> Filler | None:
-        """The level that stands for "not heard" in these scans; None if there is none."""
+        """The level that means "not heard" in these scans; None if there is none."""
         heard = pl.DataFrame(
             {"bssid": self.bssids, "rssi_dbm": self.levels}, {"bssid": pl.String, "rssi_dbm": pl.Float64}
         )
@@ -152,7 +153,7 @@ class _Gathered:
         return found if found.judgement is Judgement.FOUND else None
 
     def leave_out(self, filler: float, bad: BadLines) -> None:
-        """Leave out the readings with a level that stands for "not heard"."""
+        """Drop the readings with a level that means "not heard"."""
         kept = [number for number, level in enumerate(self.levels) if level != filler]
         for line, level in zip(self.lines, self.levels, strict=True):
             if level == filler:
@@ -174,10 +175,10 @@ class _Gathered:
 
 
 def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator[ScanBlock]:
-    """Read scans some thousand at a time, walks whole; ``name`` makes the model's name for a ``bssid``.
+    """Read some thousand scans at a time, without splitting walks; ``name`` makes the model's name from a ``bssid``.
 
-    A scan of which no line can be used is there, without readings. Raises DatasetError where the file cannot be read,
-    has not the columns, or scatters the readings of a scan.
+    A scan without a usable line is included, without readings. Raises DatasetError if the file cannot be read, a column
+    is missing, or the readings of a scan are not together.
     """
     for number, gathered in enumerate(_gathered(path, bad, name)):
         if number == 0:
@@ -194,8 +195,9 @@ def _gathered(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator
         if scan_id != last:
             if scan_id in gathered.ids:
                 raise DatasetError(
-                    f"{path}, line {line}: scan {scan_id} comes again after another; the readings of a scan must stand "
-                    "together: sort the file by scan_id"
+                    f"{path}, line {line}: scan {scan_id} appears again after another scan; the readings of a scan "
+                    "must be on "
+                    "successive lines: sort the file by scan_id"
                 )
             session, time_ns = _walk(fields, line, bad)
             if gathered.full(session):
@@ -214,7 +216,7 @@ def _gathered(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator
 
 
 def _walk(fields: Fields, line: int, bad: BadLines) -> tuple[str, int]:
-    """Return session and time of a scan; neither where one of them is missing."""
+    """Return session and time of a scan; neither if one of them is missing."""
     session, time_ns = fields[3:]
     if not (session and time_ns):
         return "", 0
@@ -254,7 +256,9 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
                 else:
                     yield line, fields
     except OSError as error:
-        raise DatasetError(f"{path}: cannot be read ({error.strerror}); give CSV, JSON lines or a data set") from error
+        raise DatasetError(
+            f"{path}: cannot be read ({error.strerror}); pass a CSV file, JSON lines or a data set"
+        ) from error
 
 
 def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
@@ -265,7 +269,7 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
         header = []
     missing = [name for name in COLUMNS if name not in header]
     if missing:
-        apart = " and have commas between fields, not ;" if any(";" in name for name in header) else ""
+        apart = " and separate fields by commas, not semicolons" if any(";" in name for name in header) else ""
         raise DatasetError(
             f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}{apart}"
         )
@@ -312,20 +316,23 @@ def _text(value: object) -> str:
 
 _COLUMNS = {"session": pl.String, "time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
 _LONGEST_GAP_NS = 2_000_000_000
-"""Between two sightings this far apart nothing is known."""
+"""Longest gap between two positions of a track that is interpolated."""
 
 
 class Tracks:
-    """Tracks of many sessions; each is read when it is asked for."""
+    """Tracks of many sessions; each is read when it is needed."""
 
     def __init__(self, path: AnyPath) -> None:
-        """Open a CSV or a folder; raises DatasetError where it is neither."""
+        """Open a CSV file or a folder; raises DatasetError if it is neither."""
         path = Path(path)
         if path.is_dir():
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
             self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
             if not self._tables:
-                raise DatasetError(f"{path}: holds no trajectory/*.parquet; give what process wrote, or a CSV")
+                raise DatasetError(
+                    f"{path}: contains no trajectory/*.parquet; pass the output folder of `vislam2tag process`, or a "
+                    "CSV file"
+                )
         else:
             table = _csv(path)
             names = table["session"].drop_nulls().unique().to_list()
@@ -333,9 +340,9 @@ class Tracks:
         self._path = path
 
     def at(self, scans: RadioScans) -> FloatArray:
-        """Return places (n, 2) at the scans' times, metres; NaN where the track has none.
+        """Return places (n, 2) at the scans' times, metres; NaN if the track has none.
 
-        Raises DatasetError where a table lacks a column.
+        Raises DatasetError if a column is missing in a table.
         """
         place = np.full((len(scans), 2), np.nan)
         for session in np.unique(scans.session):
@@ -345,7 +352,7 @@ class Tracks:
         return place
 
     def _between(self, session: str, time_ns: IntArray) -> FloatArray:
-        """(n, 2) places of the session's track at times (n,), ns, in metres; NaN where it has none."""
+        """(n, 2) places of the session's track at times (n,), ns, in metres; NaN if it has none."""
         table = self._tables[session]
         try:
             seen = (
@@ -358,7 +365,7 @@ class Tracks:
             )
         except (pl.exceptions.PolarsError, OSError) as error:
             reason = str(error).splitlines()[0]
-            raise DatasetError(f"{self._path}: no track of session {session} ({reason})") from error
+            raise DatasetError(f"{self._path}: cannot read the track of session {session} ({reason})") from error
         if seen.is_empty():
             return np.full((len(time_ns), 2), np.nan)
         known = seen["time_ns"].to_numpy()
@@ -376,5 +383,5 @@ def _csv(path: Path) -> pl.DataFrame:
         table = read_csv(path, schema_overrides=_COLUMNS, columns=list(_COLUMNS))
     except (pl.exceptions.PolarsError, OSError) as error:
         reason = str(error).splitlines()[0]
-        raise DatasetError(f"{path}: is no track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error
+        raise DatasetError(f"{path}: not a track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error
     return table

@@ -1,8 +1,8 @@
-"""Scans of one walk help each other: smoother and filter over a model's positions, the phone's own motion between them.
+"""Smoother and filter over the positions of a walk's scans, with the phone's own motion between them.
 
-Positions are a Gaussian random walk seen through the model's answers (Rauch, Tung and Striebel 1965; here as one
-tridiagonal system for each walk). Answers far off their neighbours count less (Student-t weights). Storeys are a hidden
-Markov chain that rarely changes.
+Positions are a Gaussian random walk observed through the model's answers (Rauch, Tung and Striebel 1965; here one
+tridiagonal system for each walk). Outlying answers count less (Student-t weights). Storeys are a hidden Markov chain
+that rarely changes.
 """
 
 from __future__ import annotations
@@ -22,37 +22,37 @@ from vislam2tag.positioning.radio_scans import RadioScans
 _SIGMA_TO_68 = 1.51
 """Radius of the 68 % circle of a Gaussian in the plane, in standard deviations per axis."""
 _FREEDOM = 4.0
-"""Degrees of freedom of the Student-t that answers err by."""
+"""Degrees of freedom of the Student-t distribution of answers."""
 _SETTLED_M = 0.01
-"""Re-weighting has converged when no place moves any more by this."""
+"""Re-weighting has converged when no place moves by more than this."""
 _MOST_ROUNDS = 100
-"""Far more than any takes that converges: a limit, not a number of rounds."""
+"""Iteration limit, far above the usual number."""
 _LOOK_BACK = 100
-"""Scans that the filter looks at, the present one among them: what lies farther back tells nothing any more."""
+"""Number of scans that the filter uses, including the present one; older ones have no effect."""
 _FEWEST_ANSWERS = 5
-"""A stretch of track over fewer answers cannot be turned into their frame."""
+"""A stretch of track with fewer answers cannot be rotated into their frame."""
 _SMOOTHED = ("storey", "xy", "z", "storey_probability", "radius_68_m", "radius_95_m")
 _SPEED_M_S = 1.0
-"""How fast the place may change where no track is given; one standard deviation."""
+"""Rate of change of the place without a track; one standard deviation."""
 _FASTEST_M_S = 2.0
-"""A tracker that moves faster has jumped: what it sees before and after may be turned differently."""
+"""A faster tracker has jumped, so its headings before and after may differ."""
 _DRIFT = 0.1
 """Error of a track's step as a share of its length; one standard deviation per axis."""
 _JITTER_M = 0.1
-"""Error of a track's step whatever its length."""
+"""Constant part of the error of a track's step."""
 _STOREY_STAY_S = 300.0
 """Mean time on one storey."""
 _ANSWERS_AS_ONE = 8.0
-"""Radii count so many neighbouring answers as one, as the same access points mislead them all."""
+"""Number of neighbouring answers that count as one for radii, because the same access points mislead them."""
 
 
 def smoothed(found: Positions, scans: RadioScans, track_m: FloatArray | None = None) -> Positions:
-    """Smooth the answers (n) to scans (n) over each session; scans without a session or a time stay as they are.
+    """Smooth the answers (n) to scans (n) in each session; scans without a session or a time are unchanged.
 
-    ``track_m`` (n, 2): where the phone's tracker saw itself at each scan, in a level frame of its own with metres but
-    any origin and heading, one for each session; NaN where it was lost. Without a track a place follows the last one at
-    walking speed. A scan that hears nothing known gets its place from its neighbours. Radii keep the model's
-    calibration where a scan stands alone, and shrink as much as its neighbours help.
+    ``track_m`` (n, 2): the position of the phone by its tracker at each scan, metres, in one level frame for each
+    session with any origin and heading; NaN during tracking losses. Without a track a place follows the last one at
+    walking speed. A scan without known access points gets its place from its neighbours. Radii keep the model's
+    calibration for isolated scans, and shrink with the information of neighbours.
     """
     result = _copied(found)
     for rows in _walks(scans):
@@ -62,9 +62,9 @@ def smoothed(found: Positions, scans: RadioScans, track_m: FloatArray | None = N
 
 
 def filtered(found: Positions, scans: RadioScans, track_m: FloatArray | None = None) -> Positions:
-    """Do the same looking back only: each of ``n`` scans is what the smoother says of the last one up to it.
+    """Smooth with earlier scans only: each of ``n`` scans gets the smoother's result for the walk until then.
 
-    Nothing that comes later changes an answer, nor the heading that a track is given.
+    Later scans change neither an answer nor the heading of a track.
     """
     result = _copied(found)
     for rows in _walks(scans):
@@ -81,7 +81,7 @@ def _copied(found: Positions) -> Positions:
 
 
 def _write_rows(result: Positions, rows: IntArray, smooth: Positions) -> None:
-    """Write what is smoothed into rows (k,)."""
+    """Write the smoothed answers into rows (k,)."""
     for name in _SMOOTHED:
         getattr(result, name)[rows] = getattr(smooth, name)
 
@@ -99,7 +99,7 @@ def _of(track_m: FloatArray | None, rows: IntArray) -> FloatArray:
 
 
 def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray) -> Positions:
-    """Smooth the answers (n) of one walk at times (n,), in order, with its track (n, 2); a lone one stays."""
+    """Smooth the answers (n) of one walk at times (n,), in order, with its track (n, 2); a single one is unchanged."""
     if len(answer) == 1:
         return answer
     gap_s = np.diff(time_ns) / 1e9
@@ -143,21 +143,21 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray) ->
 
 @dataclass(frozen=True)
 class _WeightedWalk:
-    """Places ``xy`` (n, 2) of a walk, metres, by weighted answers and by steps, these of ``step_weight`` (n-1,)."""
+    """Places ``xy`` (n, 2) of a walk, metres, by weighted answers and by steps with ``step_weight`` (n-1,)."""
 
     xy: FloatArray
     step_weight: FloatArray
 
 
 def _doubt(off_m: FloatArray, weight: FloatArray) -> FloatArray:
-    """Factor (n,) of the variance of residuals (n, 2), metres, whose usual variance is the inverse of the weight."""
+    """Factor (n,) on the variance of residuals (n, 2), metres, whose usual variance is the inverse of the weight."""
     return variance_factor((off_m**2).sum(axis=1) * weight, 2, _FREEDOM)
 
 
 def _steps(
     seen: FloatArray, weight: FloatArray, gap_s: FloatArray, track_m: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return steps (n-1, 2) in the answers' frame, their weights (n-1,), 1/m^2, and which are tracked."""
+    """Return steps (n-1, 2) in the answers' frame, their weights (n-1,), 1/m^2, and which are from the track."""
     step = np.full((len(gap_s), 2), np.nan)
     sideways = np.zeros(len(gap_s))
     for piece in _unbroken_stretches(track_m, gap_s):
@@ -172,7 +172,7 @@ def _steps(
 
 
 def _unbroken_stretches(track_m: FloatArray, gap_s: FloatArray) -> list[slice]:
-    """Cut a track (n, 2) where the tracker jumped; a hole in it is a jump, too."""
+    """Split a track (n, 2) where the tracker jumped; a gap counts as a jump."""
     own_m = np.hypot(*np.diff(track_m, axis=0).T)
     cuts = np.flatnonzero(~(own_m <= _FASTEST_M_S * gap_s)) + 1
     bounds = [0, *cuts.tolist(), len(track_m)]
@@ -180,9 +180,9 @@ def _unbroken_stretches(track_m: FloatArray, gap_s: FloatArray) -> list[slice]:
 
 
 def _turned_to_answers(track_m: FloatArray, seen: FloatArray, weight: FloatArray) -> tuple[FloatArray, float]:
-    """Turn a track (n, 2) so that it fits the answers best (the rotation of Umeyama 1991, as complex numbers).
+    """Rotate a track (n, 2) so that it fits the answers best (the rotation of Umeyama 1991, as complex numbers).
 
-    The second value is how unsure the turn is: one standard deviation, radians, from the answers' weights (n,), 1/m^2.
+    The second value is the standard deviation of the rotation, radians, from the answers' weights (n,), 1/m^2.
     """
     both = np.isfinite(track_m).all(axis=1) & (weight > 0)
     if both.sum() < _FEWEST_ANSWERS:
@@ -197,7 +197,7 @@ def _turned_to_answers(track_m: FloatArray, seen: FloatArray, weight: FloatArray
 
 
 def _solved(weight: FloatArray, seen: FloatArray, step_weight: FloatArray, step: FloatArray) -> FloatArray:
-    """Minimise weighted squares of places minus answers and of moves minus steps: (n, 2)."""
+    """Minimise the weighted squares of places minus answers and of moves minus steps: (n, 2)."""
     pull = step_weight[:, None] * step
     right = weight[:, None] * seen
     right[1:] += pull
@@ -208,12 +208,12 @@ def _solved(weight: FloatArray, seen: FloatArray, step_weight: FloatArray, step:
 
 
 def _diagonal(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
-    """(n,) of the system's matrix, from weights (n,) and (n-1,)."""
+    """(n,) diagonal of the system's matrix, from weights (n,) and (n-1,)."""
     return np.asarray(weight + np.append(step_weight, 0.0) + np.append(0.0, step_weight))
 
 
 def _variance(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
-    """Diagonal (n,) of the inverse of the tridiagonal system, by a pass from either end (Usmani 1994)."""
+    """Diagonal (n,) of the inverse of the tridiagonal system, by a pass from each end (Usmani 1994)."""
     n = len(weight)
     before, after = np.zeros(n), np.zeros(n)
     for i in range(1, n):
@@ -223,7 +223,7 @@ def _variance(weight: FloatArray, step_weight: FloatArray) -> FloatArray:
 
 
 def _worth_after_step(weight: float, step_weight: float) -> float:
-    """What a neighbour's knowledge is worth after a step."""
+    """Information of a neighbour after a step."""
     return weight * step_weight / (weight + step_weight)
 
 
@@ -244,12 +244,12 @@ def _storeys(answer: Positions, gap_s: FloatArray) -> FloatArray:
 
 
 def _after_step(probability: FloatArray, leave: float) -> FloatArray:
-    """Probabilities (s,) after a step in which the storey is left with probability ``leave``."""
+    """Probabilities (s,) after a step with probability ``leave`` of a change of storey."""
     return np.asarray((1 - leave) * probability + leave * probability.mean())
 
 
 def _heights(answer: Positions, storey: IntArray) -> FloatArray:
-    """Heights (n,) as the model gave them for scans of the same storey in this walk; NaN where there are none."""
+    """Heights (n,) as the model gave them for scans on this storey in the walk; NaN if there are none."""
     known = np.isfinite(answer.z)
     places = ScanPlaces(answer.storeys, answer.storey[known], answer.xy[known], answer.z[known], answer.z[known])
     return np.where((storey == answer.storey) & known, answer.z, places.storey_height_m[storey])

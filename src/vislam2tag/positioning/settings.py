@@ -1,4 +1,4 @@
-"""What can be chosen of locating; imports nothing heavy, as the command's help names it all."""
+"""Choices of `locate`. Imports nothing heavy, because the command's help names them all."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from enum import StrEnum
 
 
 class SequenceMethod(StrEnum):
-    """Which scans of a walk may speak for one of them."""
+    """Which scans of a walk contribute to the position of one scan."""
 
     FILTER = "filter"
-    """Earlier ones only."""
+    """Earlier scans only."""
     SMOOTHER = "smoother"
-    """All."""
+    """All scans of the walk."""

@@ -1,15 +1,15 @@
-"""The learned scans nearest to another in signal space, and places voted for by them.
+"""The nearest learned scans in signal space, and places from their votes.
 
-An index by access point finds them exactly. A scan hears few of all access points, and so do those that it shares any
-with: what two scans have in common is summed over the readings of the access points that the one hears (an inverted
-index, as text search has). No matrix of all levels is made.
+An index by access point finds them exactly. A scan hears few of all access points. The common part of two scans is
+therefore summed over the access points that one of them hears (an inverted index, as in text search). A matrix of all
+levels is not made.
 
-Where that would look at too many readings, scans are dealt to cells around some of them, and those of the nearest cells
-alone are compared. An inverted file (Sivic and Zisserman 2003; Jegou et al. 2011): its cells are those of drawn scans,
-each scan is in the cell of the one whose direction is most like its own, and a scan that asks looks into the cells most
-like it. What is found there is compared exactly; a neighbour in no such cell is missed.
+If this would need too many readings, scans are dealt to cells, and only those of the nearest cells are compared (an
+inverted file; Sivic and Zisserman 2003; Jegou et al. 2011). The cells belong to randomly drawn scans. Each scan is in
+the cell with the direction most like its own, and a query searches the cells most like it. Distances there are exact;
+neighbours in other cells are missed.
 
-Votes are what all models that weigh examples share: places of training scans speak for where others were taken.
+Votes are common to all models that weight examples: places of training scans vote for those of others.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from vislam2tag.positioning.places import MEDIAN_STEPS, SMOOTH_M, Positions, Sca
 from vislam2tag.positioning.radio_scans import RadioScans
 
 PROBED = 10
-"""Cells that a scan looks into."""
+"""Number of cells that a query searches."""
 _SEED = 0
 _SORTED_AT_ONCE = 4096
 _LEAST_LENGTH = 1e-9
@@ -40,9 +40,9 @@ class ScanCell(NamedTuple):
     """The learned scans of a cell."""
 
     members: IntArray
-    """(c,) which, in order."""
+    """(c,) indices of the scans, in order."""
     columns: IntArray
-    """(u,) access points that any of them hears."""
+    """(u,) access points heard by any of them."""
     level: FloatArray
     """(c, u) from 0 (not heard) to 1."""
 
@@ -52,12 +52,12 @@ class ScanCells:
     """``c`` cells, about as many as the root of the number of scans."""
 
     centre: Directions
-    """(c, a) of the drawn scans, length 1."""
+    """(c, a) directions of the drawn scans, length 1."""
     cells: tuple[ScanCell, ...]
 
     @classmethod
     def of(cls, scans: RadioScans, level: FloatArray) -> Self:
-        """Deal scans (n) whose readings (m,) have these levels."""
+        """Deal scans (n) with these levels of readings (m,) to cells."""
         count = max(1, round(len(scans) ** 0.5))
         drawn = np.sort(np.random.default_rng(_SEED).permutation(len(scans))[:count])
         centre = _directions(dense_levels(scans, level, drawn))
@@ -73,14 +73,14 @@ class ScanCells:
         return cls(centre, tuple(_cell(scans, level, members) for members in dealt))
 
     def nearest(self, level: FloatArray) -> IntArray:
-        """Return for scans of levels (q, a) the cells to look into, (q, p)."""
+        """Return the cells to search for scans of levels (q, a): (q, p)."""
         like = _directions(level) @ self.centre.T
         probed = min(PROBED, len(self.cells))
         return np.asarray(np.argpartition(-like, probed - 1, axis=1)[:, :probed])
 
 
 def dense_levels(scans: RadioScans, level: FloatArray, rows: IntArray) -> FloatArray:
-    """Make the (r, a) levels of some scans, of the levels (m,) of all readings; 0 where not heard."""
+    """Make the (r, a) levels of some scans from the levels (m,) of all readings; 0 if not heard."""
     return replace(scans, rssi_dbm=level)[rows].dense(not_heard=0.0)
 
 
@@ -96,12 +96,12 @@ def _directions(level: FloatArray) -> Directions:
 
 
 MOST_READINGS = 100_000
-"""Where a scan would be compared with more readings than this, on average, cells are looked into instead."""
+"""If a scan would be compared with more readings than this, on average, cells are searched instead."""
 _AT_ONCE = 1024
 
 
 class SignalDistance(StrEnum):
-    """How far two scans are apart."""
+    """Measure of the distance between two scans."""
 
     EUCLIDEAN = "euclidean"
     SORENSEN = "sorensen"
@@ -109,21 +109,21 @@ class SignalDistance(StrEnum):
 
 
 class Apart(NamedTuple):
-    """Groups of one kind or several, such as walks and places, whose scans are not compared among each other."""
+    """Groups of one or several kinds, such as walks and places, whose scans are not compared among each other."""
 
     asked: IntArray
-    """(q, g) of the scans that neighbours are looked for."""
+    """(q, g) groups of the queries."""
     learned: IntArray
-    """(n, g) of the learned ones."""
+    """(n, g) groups of the learned scans."""
 
     @classmethod
     def among(cls, rows: IntArray, *groups: IntArray) -> Self:
-        """Keep learned scans ``rows`` (q,) apart from those of the same group of any kind; each kind (n,)."""
+        """Keep learned scans ``rows`` (q,) apart from scans with the same group of any kind; each kind (n,)."""
         learned = np.column_stack(groups)
         return cls(learned[rows], learned)
 
     def same(self, rows: IntArray, members: IntArray | slice = slice(None)) -> BoolArray:
-        """Which of the learned scans (m,) share a group with scans that ask (r,): (r, m)."""
+        """Return which of the learned scans (m,) share a group with queries (r,): (r, m)."""
         kinds = zip(self.asked[rows].T, self.learned[members].T, strict=True)
         return np.asarray(np.logical_or.reduce([asked[:, None] == learned for asked, learned in kinds]))
 
@@ -134,18 +134,18 @@ class NearestScans(NamedTuple):
     which: IntArray
     """(q, k) indices in order of distance."""
     away: FloatArray
-    """(q, k); infinite for those of the same group."""
+    """(q, k) distances; infinite for scans of the same group."""
 
 
 @dataclass(frozen=True)
 class ScanIndex:
-    """``n`` scans, reading by reading in order of access point, then scan."""
+    """``n`` scans as readings, sorted by access point, then scan."""
 
     distance: SignalDistance
     start: IntArray
     """(a + 1,) readings ``start[j]`` to ``start[j + 1]`` are those of access point j."""
     scan: IntArray
-    """(m,) whose reading it is."""
+    """(m,) scan of each reading."""
     level: FloatArray
     """(m,) from 0 (not heard) to 1."""
     size: FloatArray
@@ -155,7 +155,7 @@ class ScanIndex:
 
     @classmethod
     def of(cls, scans: RadioScans, level: FloatArray, distance: SignalDistance) -> Self:
-        """Index scans (n) whose readings (m,) have these levels."""
+        """Index scans (n) with these levels of readings (m,)."""
         order = np.argsort(scans.column, kind="stable")
         count = np.bincount(scans.column, minlength=len(scans.access_points))
         size = np.bincount(scans.row, _sizes(level, distance), minlength=len(scans)).astype(np.float64)
@@ -168,9 +168,9 @@ class ScanIndex:
         return len(self.size)
 
     def nearest(self, scans: RadioScans, level: FloatArray, k: int, apart: Apart | None = None) -> NearestScans:
-        """Find the k nearest (all, if fewer) of each of ``q`` scans whose readings (m,) have these levels.
+        """Find the k nearest (all, if fewer) of each of ``q`` scans with these levels of readings (m,).
 
-        Of scans equally far the first learned come first. Those of the same group as the scan are infinitely far.
+        In a tie the first learned scans come first. Scans of the same group as the query have infinite distance.
         """
         index = np.zeros((len(scans), min(k, len(self))), dtype=np.int64)
         away = np.full(index.shape, np.inf)
@@ -213,7 +213,7 @@ class ScanIndex:
             found.away[row, : len(nearest)] = distance[nearest]
 
     def _common(self, level: FloatArray, asking: IntArray, cell: ScanCell) -> FloatArray:
-        """(r, c) what scans of levels (n, a), by index (r,), have in common with those of a cell."""
+        """(r, c) common part of scans of levels (n, a), by index (r,), with the scans of a cell."""
         own = level[asking][:, cell.columns]
         if self.distance is not SignalDistance.SORENSEN:
             return np.asarray(own @ cell.level.T)
@@ -223,7 +223,7 @@ class ScanIndex:
     def away(self, column: IntArray, level: FloatArray) -> FloatArray:
         """Return the distances (n,) from one scan: its access points (k,) and their levels (k,).
 
-        Where nothing loud enough was heard in either, the greatest.
+        If neither contains a strong enough level, the distance is the greatest one.
         """
         parts = [slice(self.start[one], self.start[one + 1]) for one in column]
         scan = np.concatenate([self.scan[:0], *(self.scan[part] for part in parts)])
@@ -234,7 +234,7 @@ class ScanIndex:
         return self._apart(_sizes(level, self.distance).sum(), self.size, common)
 
     def _apart(self, size: FloatArray, theirs: FloatArray, common: FloatArray) -> FloatArray:
-        """Distances of scans of these sizes by what they have in common; arrays of shapes that fit."""
+        """Distances from the sizes of scans and their common part; arrays of compatible shapes."""
         if self.distance is SignalDistance.EUCLIDEAN:
             return np.asarray(np.sqrt(np.maximum(size + theirs - 2 * common, 0.0)))
         whole = (size + theirs) / 2 if self.distance is SignalDistance.SORENSEN else np.sqrt(size * theirs)
@@ -242,7 +242,7 @@ class ScanIndex:
 
 
 def _smallest(away: FloatArray, k: int, which: IntArray | None = None) -> IntArray:
-    """(k,) indices of the smallest of distances (n,), in order; equal ones by ``which`` (n,), or as they come."""
+    """(k,) indices of the smallest distances (n,), in order; ties by ``which`` (n,), or by index."""
     near = np.flatnonzero(away <= np.partition(away, k - 1)[k - 1])
     return near[np.lexsort((near if which is None else which[near], away[near]))][:k]
 
@@ -252,21 +252,21 @@ def _sizes(level: FloatArray, distance: SignalDistance) -> FloatArray:
 
 
 Middle = Callable[[FloatArray, FloatArray], FloatArray]
-"""From weights (n, m) of places (n, m, 2) to one place each (n, 2)."""
+"""From weights (n, m) of places (n, m, 2) to one place (n, 2) each."""
 
 
 @dataclass(frozen=True)
 class Votes:
-    """For each of ``n`` scans ``m`` of the places that were learned."""
+    """For each of ``n`` scans, ``m`` of the learned places with weights."""
 
     index: IntArray
-    """(n, m) which places."""
+    """(n, m) indices of places."""
     weight: FloatArray
-    """(n, m) how much each counts, 0 or more; at least one counts."""
+    """(n, m) weights, 0 or more; at least one is positive."""
 
     @property
     def share(self) -> FloatArray:
-        """(n, m) of the whole weight."""
+        """(n, m) share of the total weight."""
         return np.asarray(self.weight / self.weight.sum(axis=1, keepdims=True))
 
     def storey_shares(self, places: ScanPlaces) -> FloatArray:
@@ -278,25 +278,25 @@ class Votes:
 
 @dataclass(frozen=True)
 class VotedPositions:
-    """Where ``n`` scans were taken by their votes."""
+    """Places of ``n`` scans by their votes."""
 
     storey_probability: FloatArray
     """(n, s) share of the votes for each storey."""
     storey: IntArray
-    """(n,) the storey with most."""
+    """(n,) the storey with the most votes."""
     xy: FloatArray
     """(n, 2) mean of the places on that storey, metres."""
     z: FloatArray
-    """(n,) mean of their heights, metres; NaN where none is known."""
+    """(n,) mean of their heights, metres; NaN if none is known."""
     spread_m: FloatArray
-    """(n,) root mean square distance in the plane of all places, on whichever storey, from the answer."""
+    """(n,) root mean square distance in the plane of all places, on any storey, from the answer."""
     torn: FloatArray
-    """(n,) share of the votes for other storeys than the one with most votes."""
+    """(n,) share of the votes for storeys other than the one with the most."""
 
     def positions(
         self, places: ScanPlaces, radii_m: tuple[FloatArray, FloatArray], unlike: BoolArray | None = None
     ) -> Positions:
-        """Say it as a model does, with radii (n,) of 68 % and 95 %, metres, and which scans are unlike all (n,)."""
+        """Convert to a model's answer, with radii (n,) of 68 % and 95 %, metres, and novelty flags (n,)."""
         return Positions(places.storeys, self.storey, self.xy, self.z, self.storey_probability, *radii_m, unlike)
 
 
@@ -308,7 +308,7 @@ def counted_votes(votes: Votes, places: ScanPlaces) -> VotedPositions:
 def median_votes(votes: Votes, places: ScanPlaces, further: FloatArray | None = None) -> VotedPositions:
     """Count votes for places: first the storey, then the geometric median of those on it (all, if there are none).
 
-    ``further`` (n, s) are shares for storeys by something else; the votes' sum to 1.
+    ``further`` (n, s) are additional votes for storeys; the votes' sum is 1.
     """
     return _counted(votes, places, _median, further)
 
@@ -334,7 +334,7 @@ def _counted(votes: Votes, places: ScanPlaces, middle: Middle, further: FloatArr
 
 
 def _mean(weight: FloatArray, values: FloatArray) -> FloatArray:
-    """(n, d) weighted mean of values (n, m, d); NaN where all weights (n, m) are 0."""
+    """(n, d) weighted mean of values (n, m, d); NaN if all weights (n, m) are 0."""
     total = weight.sum(axis=1)[:, None]
     weighted = (weight[..., None] * values).sum(axis=1)
     return np.asarray(np.divide(weighted, total, out=np.full_like(weighted, np.nan), where=total > 0))

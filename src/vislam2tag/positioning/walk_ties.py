@@ -1,12 +1,12 @@
-"""Radio constraints between sessions: where other walks' scans say that a walk was, and how far such fixes are off.
+"""Radio constraints between sessions: fixes of a walk from other walks' scans, and the errors of these fixes.
 
-A scan was taken where scans like it were taken in other walks: at the mean of the places of the nearest in signal space
-(Bahl and Padmanabhan 2000), the more alike the more it counts. Nothing is fitted to one walk: scans of all walks lie in
-one index, and those of the walk itself are passed over.
+A scan gets the weighted mean of the places of the nearest scans of other walks in signal space (Bahl and Padmanabhan
+2000); more similar scans have larger weights. Nothing is fitted to a single walk: scans of all walks are in one index,
+and those of the walk itself are skipped.
 
-A fix differs from the walk's own path by what matching radio scans is off, by what the labels that it was learned from
-are off, and by what the path itself is off. The last two are stated; of the first, size and correlation are found for
-all walks of a floor at once by maximum likelihood (variance components; Searle et al. 1992).
+A fix differs from the walk's own path by the error of matching radio scans, by the errors of the other walks' labels,
+and by the error of the path itself. The last two are known. Size and correlation of the first are estimated for all
+walks of a floor at once, by maximum likelihood (variance components; Searle et al. 1992).
 """
 
 from __future__ import annotations
@@ -29,23 +29,21 @@ from vislam2tag.positioning.signal_distance import NearestScans
 from vislam2tag.positioning.walk_traces import WalkTrace
 
 PATH_REACH_M = 25.0
-"""Errors of paths are correlated by 1/e over such a way, and those of labels over such a distance."""
+"""Correlation length (1/e) of the errors of paths, along the path, and of labels, by distance."""
 SIZES = np.geomspace(0.3, 21.0, 35)
 ALIKE = ((0.0, 1.0), *product((0.2, 0.4, 0.6, 0.8, 0.95), (2.0, 5.0, 10.0, 20.0, 40.0)))
-"""Tried: errors of matching in units of what is expected; the share of their variance that is alike, and its reach."""
+"""Candidates for the size of matching errors in units of the expected size, their correlated share, and its reach."""
 FREEDOM_SHARE = 0.5
-"""A walk's path may be farther off than it states: Student's t, of so many degrees of freedom a number. Fewer would
-leave each walk a size of its own, so that how alike errors are would say how large they are."""
+"""Degrees of freedom of Student's t, as a share of the numbers, because a walk's path may have larger errors than it
+states. Fewer would give each walk its own size, and the correlation of errors would then imply their size."""
 USUAL_SIZE, USUAL_COUNTS = 1.5, 20.0
-"""Before anything is seen errors are taken to be of this size, which counts as much as so many fixes."""
+"""Prior size of errors, and its weight in fixes."""
 ESTIMATED_WITH, MOST_FIXES = 24, 64
-"""Most walks that the size of errors is estimated from, and most fixes of each, evenly spread."""
+"""Largest number of walks for estimating the size of errors, and of fixes of each, evenly spread."""
 
 
 class MatchErrors(NamedTuple):
-    """Size of errors of matching in units of what is expected; the share of their variance that is alike; its reach,
-    m.
-    """
+    """Size of matching errors in units of the expected size, correlated share of their variance, and its reach (m)."""
 
     size: float
     share: float
@@ -54,11 +52,11 @@ class MatchErrors(NamedTuple):
 
 @dataclass(frozen=True)
 class Fixes:
-    """Where other walks' scans put ``n`` scans of a walk.
+    """Fixes of ``n`` scans of a walk from other walks' scans.
 
-    ``time_ns`` (n,) boot clock, in time order; ``position`` (n, 2) and ``path`` (n, 2), metres: where the others put
-    it, and its own path; ``way_m`` (n,) walked until then; ``path_m`` (n,) and ``label_m`` (n,): sigmas per axis of its
-    own path and of the places learned from; ``unit_m`` (n,) what matching is expected to be off by, up to a factor.
+    ``time_ns`` (n,) boot clock, in time order. ``position`` (n, 2) is the fix and ``path`` (n, 2) the walk's own path,
+    metres. ``way_m`` (n,) is the distance walked until then. ``path_m`` (n,) and ``label_m`` (n,) are sigmas per axis
+    of its own path and of the other walks' labels. ``unit_m`` (n,) is the expected matching error, up to a factor.
     """
 
     time_ns: IntArray
@@ -73,38 +71,38 @@ class Fixes:
         return len(self.time_ns)
 
     def __getitem__(self, rows: IntArray) -> Fixes:
-        """Only those of some rows (k,)."""
+        """Return some rows (k,)."""
         return rows_of(self, rows)
 
     def covariance(self, errors: MatchErrors) -> FloatArray:
-        """(n, n) of each axis of the fixes, m^2."""
+        """(n, n) covariance of the fixes in each axis, m^2."""
         return errors.size**2 * self.match_covariance(errors.share, errors.reach_m) + self.label_covariance()
 
     def match_covariance(self, share: float, reach_m: float) -> FloatArray:
-        """(n, n) of matching's errors of size one of each axis, m^2."""
+        """(n, n) covariance of matching errors of size one in each axis, m^2."""
         alike = share * self._fading(reach_m) + (1 - share) * np.eye(len(self))
         return np.asarray(np.outer(self.unit_m, self.unit_m) * alike)
 
     def label_covariance(self) -> FloatArray:
-        """(n, n) of what the places learned from are off, of each axis, m^2.
+        """(n, n) covariance of the errors of the other walks' labels in each axis, m^2.
 
-        Those nearby are off alike, of whichever walk they are.
+        Errors of nearby labels are correlated, whatever their walk.
         """
         return np.asarray(np.outer(self.label_m, self.label_m) * self._fading(PATH_REACH_M))
 
     def path_covariance(self) -> FloatArray:
-        """(n, n) of each axis of the walk's own path, m^2."""
+        """(n, n) covariance of the walk's own path in each axis, m^2."""
         fading = np.exp(-np.abs(self.way_m[:, None] - self.way_m) / PATH_REACH_M)
         return np.asarray(np.outer(self.path_m, self.path_m) * fading)
 
     def _fading(self, reach_m: float) -> FloatArray:
-        """(n, n) correlation that falls with the distance."""
+        """(n, n) correlation that decreases with the distance."""
         apart_m = np.hypot(*(self.path[:, None] - self.path).transpose(2, 0, 1))
         return np.asarray(np.exp(-apart_m / reach_m))
 
 
 def match_errors(fixes: Sequence[Fixes]) -> MatchErrors:
-    """Return under which errors of matching the fixes of all walks are likeliest; there is at least one walk."""
+    """Return the most likely matching errors for the fixes of all walks; there is at least one walk."""
     rows = calibration_rows(len(fixes), ESTIMATED_WITH) if len(fixes) > 1 else (0,)
     some = [_thinned(fixes[row]) for row in rows]
     known = [one.path_covariance() + one.label_covariance() for one in some]
@@ -117,8 +115,8 @@ def match_errors(fixes: Sequence[Fixes]) -> MatchErrors:
 
 
 def promised(fixes: Fixes, covariance: FloatArray) -> float:
-    """By which share fixes with a covariance (n, n) of each axis would lower the stated sigma of the walk's own path at
-    them.
+    """Return the share by which fixes with a covariance (n, n) of each axis would reduce the stated sigma of the walk's
+    own path at them.
     """
     path = fixes.path_covariance()
     gained = np.sum(path * cho_solve(cho_factor(path + covariance, lower=True), path))
@@ -130,9 +128,9 @@ def _thinned(fixes: Fixes) -> Fixes:
 
 
 def _log_likelihoods(fixes: Fixes, known: FloatArray, share: float, reach_m: float) -> FloatArray:
-    """(s,) of what fixes differ from the path, by each of the :data:`SIZES`; up to a constant.
+    """(s,) log-likelihoods of the differences from the path, for each of the :data:`SIZES`, up to a constant.
 
-    ``known`` (n, n) is the covariance of all that is not matching's; both covariances are made diagonal at once.
+    ``known`` (n, n) is the covariance without matching errors; both covariances are diagonalised at once.
     """
     matching = fixes.match_covariance(share, reach_m)
     variance, vectors = eigh(known, matching)
@@ -145,26 +143,26 @@ def _log_likelihoods(fixes: Fixes, known: FloatArray, share: float, reach_m: flo
 
 
 SCAN_M = 1.0
-"""How near scans place one another were their labels true: labels better than that count little more."""
+"""Standard deviation of a match between scans with perfect labels; better labels count little more."""
 GAP_M = 3.0
-"""Where no other walk came nearer than this, none can say that a walk was there."""
+"""A walk gets no fix at places that no other walk has come this close to."""
 SPREAD_SHARE, AWAY_M2, LEAST_M2 = 0.25, 0.4, 0.01
-"""What a fix's variance is expected to follow, up to a factor that is estimated: this share of the variance of places
-learned from, so much where the nearest scan is as far as usual, the squared distance from other walks, and a little."""
+"""Expected variance of a fix, up to an estimated factor. It is this share of the variance of the matched places, plus
+this value if the nearest scan is as far as usual, the squared distance from other walks, and a minimum."""
 DOUBTED = 4.0
-"""By so much the variance is greater: what walks have in common besides landmarks and radio is not told
-(docs/results/how-good.md)."""
+"""Factor on the variance: walks have more errors in common than landmarks and radio explain (docs/results/how-good.md).
+"""
 LEAST_PROMISE = 0.05
-"""Ties that lower the stated sigma of a walk's path by a smaller share are left out: as often as not they harm."""
+"""Constraints that reduce the stated sigma of a walk's path by a smaller share are dropped; they often do harm."""
 FEWEST_FIXES, MOST_ASKED, MOST_TIES = 5, 256, 64
-"""Scans of a walk that are fewer tie nothing; most of a walk that are asked, and most that it is told: neighbouring
-fixes are averaged."""
+"""Smallest number of scans of a walk for constraints, largest number that are matched, and largest number of
+constraints (neighbouring fixes are averaged)."""
 
 
 def radio_ties(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> list[PlaceTies | None]:
-    """Return for each walk of a floor where the others' scans put it; None where they tell nothing that helps.
+    """Return the radio constraints of each walk of a floor; None for walks without useful ones.
 
-    ``scans`` of each walk have times (``time_ns``, boot clock), and the phones that took them where they are known.
+    ``scans`` of each walk have times (``time_ns``, boot clock) and, if known, the phones that took them.
     """
     fixes = walk_fixes(traces, scans)
     told = [one for one in fixes if one is not None]
@@ -175,7 +173,7 @@ def radio_ties(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
 
 
 def walk_fixes(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) -> list[Fixes | None]:
-    """Put each walk's scans where the others took scans like them; None where these are too few."""
+    """Match each walk's scans with those of the others; None if there are too few matches."""
     if sum(trace is not None for trace in traces) < 2:
         return [None] * len(traces)
     floor = HeardFloor.of(traces, scans)
@@ -186,9 +184,9 @@ def walk_fixes(traces: Sequence[WalkTrace | None], scans: Sequence[RadioScans]) 
 
 
 def _ask(floor: HeardFloor, number: int) -> tuple[IntArray, NearestScans, FloatArray] | None:
-    """Look for scans like those of a walk where others were; None where there are too few.
+    """Find scans of other walks that are similar to those of a walk; None if there are too few.
 
-    Returns scans (q,) of the walk, those of other walks that are near, and how far the others kept away (q,), metres.
+    Returns scans (q,) of the walk, the similar ones of other walks, and the distances (q,) to other walks, metres.
     """
     rows, others = np.flatnonzero(floor.walk == number), floor.learned[floor.walk[floor.learned] != number]
     rows = rows[calibration_rows(len(rows), MOST_ASKED)]
@@ -203,7 +201,7 @@ def _ask(floor: HeardFloor, number: int) -> tuple[IntArray, NearestScans, FloatA
 
 
 def _fixes(floor: HeardFloor, asked: tuple[IntArray, NearestScans, FloatArray], usual_away: float) -> Fixes:
-    """Place scans at the mean of the places of those like them."""
+    """Put scans at the mean of the places of similar ones."""
     rows, (which, away), gap_m = asked
     place, sigma_m = floor.place[which], floor.sigma_m[which]
     weight = scan_weights(away) / (SCAN_M**2 + sigma_m**2)
@@ -223,9 +221,9 @@ def _fixes(floor: HeardFloor, asked: tuple[IntArray, NearestScans, FloatArray], 
 
 
 def _ties(fixes: Fixes, covariance: FloatArray) -> PlaceTies | None:
-    """Fixes with a covariance (n, n) of each axis; None where they promise little.
+    """Return fixes with a covariance (n, n) of each axis; None if they are of little use.
 
-    What is averaged where there are many is how far the path is off.
+    If there are many, their differences from the path are averaged.
     """
     if promised(fixes, covariance) < LEAST_PROMISE:
         return None

@@ -1,4 +1,4 @@
-"""A mapped walk, thinned to what other walks need of it, and the constraints that it gets from them, rounded."""
+"""A mapped walk, thinned for use by other walks, and the rounded constraints that it gets from them."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 
 EVERY_M, EVERY_S = 1.0, 2.0
-"""Others are told of a place once in so much of the way, and where a walker stands once in so many seconds."""
+"""Intervals of the trace, in distance walked and in time while the walker stands."""
 HOLE_S = 1.0
-"""Between frames farther apart than this nobody knows where a walk led."""
+"""In longer gaps between frames the path is unknown."""
 LEAST_M = 0.05
-"""No walk knows the way between landmarks better than this."""
+"""Smallest standard deviation of a path between landmarks."""
 
 
 @dataclass(frozen=True)
 class WalkTrace:
-    """Where a walk led on a floor, at ``n`` moments about a metre of way apart.
+    """Path of a walk on a floor, at ``n`` moments about a metre apart.
 
-    ``time_ns`` (n,) boot clock, in time order; ``position_bcs`` (n, 2) metres; ``covariance_bcs`` (n, 2, 2), m^2, of
-    the walk's own errors: what it shares with the others, as the landmarks are off that all pass, is not in it;
-    ``way_m`` (n,) walked until then, metres; ``whole`` (n,) whether it is known all the way since the moment before.
+    ``time_ns`` (n,) boot clock, in time order; ``position_bcs`` (n, 2) metres. ``covariance_bcs`` (n, 2, 2), m^2, is
+    that of the walk's own errors, without common errors such as those of landmarks. ``way_m`` (n,) is the distance
+    walked until then, metres; ``whole`` (n,) is whether the path since the previous moment is known.
     """
 
     time_ns: IntArray
@@ -38,7 +38,7 @@ class WalkTrace:
 
     @classmethod
     def of(cls, mapped: Trajectory, floor: int, landmarks: LandmarkPriors) -> Self | None:
-        """Thin the frames on a floor of a walk mapped past ``landmarks``; None where it led nowhere there."""
+        """Thin the frames on a floor of a walk mapped with ``landmarks``; None if it has none there."""
         here = np.isfinite(mapped.sigma_m)
         if len(mapped.floor):
             here &= mapped.floor == floor
@@ -61,13 +61,14 @@ class WalkTrace:
         )
 
     def knows(self, time_ns: IntArray) -> BoolArray:
-        """At which moments (k,) it is known where the walk led."""
+        """Return at which moments (k,) the path is known."""
         after = np.searchsorted(self.time_ns, time_ns).clip(0, len(self.time_ns) - 1)
         within = (time_ns >= self.time_ns[0]) & (time_ns <= self.time_ns[-1])
         return np.asarray(within & self.whole[after])
 
     def along(self, time_ns: IntArray) -> FloatArray:
-        """(k, 4) x, y, their sigma per axis and the way until then at moments (k,), metres; beyond its ends, these."""
+        """(k, 4) x, y, their sigma per axis and the distance walked at moments (k,), metres; constant beyond its
+        ends."""
         variance = np.trace(self.covariance_bcs, axis1=1, axis2=2) / 2
         columns = np.column_stack((self.position_bcs, np.sqrt(variance), self.way_m))
         known_s, at_s = (self.time_ns - self.time_ns[0]) * 1e-9, (time_ns - self.time_ns[0]) * 1e-9
@@ -75,17 +76,17 @@ class WalkTrace:
 
 
 def _own(covariance: FloatArray, position: ComplexArray, landmarks: LandmarkPriors) -> FloatArray:
-    """Covariances (n, 2, 2) of places (n,) without what landmarks share with them."""
+    """Covariances (n, 2, 2) of places (n,) without the part that comes from landmarks."""
     values, vectors = np.linalg.eigh(covariance - landmarks.shared_covariance(position))
     return np.asarray(np.einsum("nij,nj,nkj->nik", vectors, np.maximum(values, LEAST_M**2), vectors))
 
 
 ROUNDED_M, ROUNDED_SIGMA_M = 0.01, 0.05
-"""Places are rounded to this, and their covariance to the square of this; no direction is known better."""
+"""Places are rounded to this, and their covariance to the square of this; smaller sigmas are raised to it."""
 
 
 def rounded(ties: PlaceTies) -> PlaceTies:
-    """The same in numbers that change only where others tell something new."""
+    """Return the constraints in rounded numbers, which change only with new information from other walks."""
     return PlaceTies(
         ties.time_ns,
         ROUNDED_M * np.round(ties.position_bcs / ROUNDED_M),
@@ -96,7 +97,7 @@ def rounded(ties: PlaceTies) -> PlaceTies:
 def rounded_covariance(covariance: FloatArray, unit: FloatArray) -> FloatArray:
     """Round a covariance (n, n) to squares and products of units (n,); positive definite again.
 
-    Rounded entry by entry alone, what hardly varies in one direction could vary by less than nothing.
+    Rounding each entry alone could make a small variance negative.
     """
     squared = np.outer(unit, unit)
     rounded = np.round(covariance / squared)

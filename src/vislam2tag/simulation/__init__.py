@@ -1,8 +1,11 @@
 """Walks, tracker, radio and inertial sensors with known truth.
 
-``scenario`` plans a survey and ``survey`` writes it, of ``settings`` that users make. A building is generated
-(``ground_plan``, ``building``) or made of a site (``site_building``). A true walk follows a ``route`` as people walk
-(``walk``). An AR ``tracker`` logs it, and keeps its map: ``tracker_camera`` sees and drifts, ``tracker_faults`` plans
-what goes wrong. ``radio``, ``imu``, ``phones`` and ``station`` are everything else that is measured; ``raw_files`` and
-``phone_log`` write it, with the ``traps`` that real files have. ``model`` is what these parts hand to each other.
+- ``scenario`` plans a survey from ``settings``, and ``survey`` writes it.
+- Buildings are generated (``ground_plan``, ``building``) or made from a site (``site_building``).
+- ``route`` and ``walk`` make the true walk of a person.
+- ``tracker`` logs the walk as an AR tracker and keeps its map; ``tracker_camera`` models sightings and drift,
+  ``tracker_faults`` plans faults.
+- ``radio``, ``imu``, ``phones`` and ``station`` model the other measurements.
+- ``raw_files`` and ``phone_log`` write everything, with the ``traps`` of real files.
+- ``model`` defines the data that these parts exchange.
 """

@@ -18,18 +18,18 @@ from vislam2tag.simulation.settings import LANDMARK_HEIGHT_M, LANDMARK_HEIGHT_SI
 CHANNELS_MHZ = (2412.0, 2437.0, 2462.0, 5180.0, 5220.0, 5260.0, 5500.0, 5580.0)
 SSIDS = ("eduroam", "campus-guest", "devices")
 STATION_LANDMARKS = ("10", "9")
-"""Ids of the landmarks that the total station shoots, as in the published evaluation; both in one corridor."""
+"""Ids of the landmarks that the total station shoots, as in the published evaluation; both are in one corridor."""
 
 CORNER_M = 1.4
-"""No landmark nearer than this to a corner: who turns round it would not see it in time."""
+"""Smallest distance of a landmark from a corner: walkers who turn would not see a closer one in time."""
 
 
 def make_building(
     settings: BuildingSettings, seed: int, floors: Sequence[int] = (0,), *, distinct_ids: bool = False
 ) -> SimulatedBuilding:
-    """Generate a building with the floors of these numbers; ``distinct_ids``: no landmark id is used on two of them.
+    """Generate a building with the floors of these numbers. With ``distinct_ids`` no two floors share a landmark id.
 
-    Each floor has its own random numbers, so adding one leaves the others as they are.
+    Each floor has its own random numbers, so additional floors do not change the others.
     """
     made = tuple(_make_floor(settings, number, stream(seed, "floor", number)) for number in floors)
     if distinct_ids:
@@ -38,7 +38,7 @@ def make_building(
 
 
 def furnished(floors: tuple[SimulatedFloor, ...], access_points: Sequence[int], seed: int) -> SimulatedBuilding:
-    """Hang so many access points on each floor."""
+    """Hang this number of access points on each floor."""
     parts = [
         _access_points(count, floor, stream(seed, "access-points", floor.number))
         for floor, count in zip(floors, access_points, strict=True)
@@ -80,7 +80,7 @@ def _make_floor(settings: BuildingSettings, number: int, rng: np.random.Generato
 
 
 def _with_own_ids(floor: SimulatedFloor, rank: int) -> SimulatedFloor:
-    """Number the landmarks of each floor on from another hundred: 1, 2, ..., then 101, 102, ..."""
+    """Number the landmarks of each floor from another hundred: 1, 2, ..., then 101, 102, ..."""
     return replace(floor, landmark_ids=tuple(str(100 * rank + int(name)) for name in floor.landmark_ids))
 
 
@@ -102,8 +102,8 @@ def _landmark_places(
 def _wall_candidates(
     settings: BuildingSettings, layout: GroundPlan, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points (w, 2) on corridor walls, off doors, with outward normals (w, 2); the mask (w,) tells those just after a
-    turn.
+    """Return points (w, 2) on corridor walls away from doors, outward normals (w, 2), and a mask (w,) of points just
+    after a turn.
     """
     half = settings.corridor_width_m / 2
     points, normals, near = [], [], []
@@ -135,7 +135,7 @@ def _turn_distance(points: FloatArray, start: FloatArray, stop: FloatArray, corr
 
 
 def _clear_of_openings(points: FloatArray, walls: FloatArray, margin_m: float = 0.3) -> FloatArray:
-    """Tell (n,) which points (n, 2) lie on a wall segment (w, 2, 2), at least ``margin_m`` off its ends."""
+    """Return (n,) which points (n, 2) are on a wall segment (w, 2, 2), at least ``margin_m`` from its ends."""
     start, delta = walls[:, 0], walls[:, 1] - walls[:, 0]
     length = np.linalg.norm(delta, axis=1)
     unit = delta / length[:, None]
@@ -146,7 +146,7 @@ def _clear_of_openings(points: FloatArray, walls: FloatArray, margin_m: float = 
 
 
 def longest_corridor(corridors: FloatArray) -> int:
-    """Index of the longest corridor centre line (c, 2, 2) (the first of equals): the total station's."""
+    """Index of the longest corridor centre line (c, 2, 2), the first of equals: the total station's corridor."""
     return int(np.argmax(np.linalg.norm(corridors[:, 1] - corridors[:, 0], axis=1).round(3)))
 
 
@@ -189,14 +189,14 @@ def _access_points(
 
 
 def near_ways(count: int, floor: SimulatedFloor, rng: np.random.Generator) -> FloatArray:
-    """Places (k, 2) of so many things near the walkable ways of a floor."""
+    """Places (k, 2) near the walkable paths of a floor, for this number of things."""
     near = floor.nodes[rng.choice(len(floor.nodes), count, replace=count > len(floor.nodes))]
     low, high = floor.corners_m
     return np.asarray((near + rng.normal(0, 0.8, (count, 2))).clip(low + 0.3, high - 0.3))
 
 
 def addresses(first: str, count: int, rng: np.random.Generator) -> tuple[str, ...]:
-    """So many radio addresses that begin with this octet."""
+    """This number of radio addresses that begin with this octet."""
     octets = rng.integers(0, 256, (count, 5)).tolist()
     return tuple(":".join((first, *(f"{octet:02x}" for octet in row))) for row in octets)
 

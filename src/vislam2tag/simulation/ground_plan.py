@@ -19,7 +19,7 @@ DOOR_M = 1.0
 JOINT_M = 2e-3
 """Edges closer than this are one: coordinates are compared to the millimetre."""
 DEAD_END_M = 0.9
-"""How far off the outer wall people turn at a dead end."""
+"""Distance from the outer wall at which people turn at a dead end."""
 
 
 @dataclass(frozen=True)
@@ -174,11 +174,11 @@ def _subtract(spans: list[Interval], gaps: list[Interval]) -> list[Interval]:
 
 
 ROOM_STEP_M = 2.6
-"""How far into a room its node lies."""
+"""Distance of a room's node from its door."""
 
 
 def walkable_graph(layout: GroundPlan) -> tuple[FloatArray, IntArray]:
-    """Make nodes (n, 2) and edges (e, 2): corridor ends, crossings and door feet, then one node a room."""
+    """Make nodes (n, 2) and edges (e, 2): corridor ends, crossings and door feet, then one node for each room."""
     feet, inside = _door_nodes(layout)
     index: dict[tuple[float, float], int] = {}
     edges: list[tuple[int, int]] = []
@@ -194,7 +194,7 @@ def walkable_graph(layout: GroundPlan) -> tuple[FloatArray, IntArray]:
 
 
 def dead_end_inset(corridors: FloatArray, width_m: float) -> FloatArray:
-    """Keep the ends of corridors (c, 2, 2) off the outer wall: nobody walks into it."""
+    """Move the ends of corridors (c, 2, 2) away from the outer wall, so that walkers turn before it."""
     kept = corridors.copy()
     kept[..., 0] = kept[..., 0].clip(DEAD_END_M, width_m - DEAD_END_M)
     return kept

@@ -35,7 +35,7 @@ class ImuSettings:
     mag_bias_ut: float = 20.0
     """Standard deviation of the phone's own (hard-iron) field, in the uncalibrated magnetometer only, microtesla."""
     north_rad: float = 1.9
-    """Direction of north in the BCS, anticlockwise from x."""
+    """Direction of north in the BCS, counter-clockwise from x."""
     earth_horizontal_ut: float = 20.0
     earth_down_ut: float = 44.0
     disturbance_ut: float = 5.0
@@ -58,8 +58,9 @@ class ImuLog:
 def simulate_imu(walk: TrueWalk, settings: ImuSettings, seed: int, rng: np.random.Generator) -> ImuLog:
     """Sample all seven sensor types at ``rate_hz`` each; ``seed`` fixes the building's magnetic field.
 
-    ACC m/s^2 (specific force, gravity included), GYRO rad/s, MAG microtesla, all in the body frame; ``*_UN`` with
-    bias in v4-v6; ROT and GAME_ROT unit quaternions x, y, z, w (body to east-north-up, body to an arbitrary heading).
+    Units: ACC m/s^2 (specific force, gravity included), GYRO rad/s, MAG microtesla, all in the body frame. ``*_UN``
+    have the bias in v4-v6. ROT (body to east-north-up) and GAME_ROT (body to an arbitrary heading) are unit quaternions
+    x, y, z, w.
     """
     times = [_sample_times_ns(walk, settings, rng) for _ in INERTIAL_TYPES]
     acc, gyro, gyro_un, mag, mag_un, rot, game = times
@@ -79,7 +80,7 @@ def simulate_imu(walk: TrueWalk, settings: ImuSettings, seed: int, rng: np.rando
 
 
 def _rows_of(name: str, time_ns: IntArray) -> IntArray:
-    """The index (k,) of a sensor for each of its readings."""
+    """Index (k,) of a sensor, repeated for each of its readings."""
     return np.full(len(time_ns), SENSOR_TYPES.index(name))
 
 
@@ -171,7 +172,7 @@ def _turned(orientation: FloatArray, angle_rad: FloatArray) -> FloatArray:
 
 
 def _in_body(walk: TrueWalk, vectors_bcs: FloatArray, time_ns: IntArray) -> FloatArray:
-    """Vectors (n, 3) given along the walk in BCS axes, seen from the body at times (k,)."""
+    """Vectors (n, 3) along the walk, from BCS axes to body axes at times (k,)."""
     orientation = orientation_at(walk, time_ns)
     vector = blend_at(walk, vectors_bcs, time_ns)
     pure = np.column_stack((vector, np.zeros(len(vector))))
@@ -189,7 +190,7 @@ def _noise(time_ns: IntArray, sigma: float, rng: np.random.Generator) -> FloatAr
 
 
 def _padded(values: FloatArray, bias: FloatArray | None = None) -> FloatArray:
-    """Six value columns (k, 6): the given ones (k, v), the bias (3,) where there is one, zeros."""
+    """Six value columns (k, 6): the given ones (k, v), the bias (3,) if there is one, then zeros."""
     padded = np.zeros((len(values), VALUES))
     padded[:, : values.shape[1]] = values
     if bias is not None:
@@ -200,13 +201,13 @@ def _padded(values: FloatArray, bias: FloatArray | None = None) -> FloatArray:
 RATE_HZ = 10.0
 NOISE_HPA = 0.02
 SEA_LEVEL_SIGMA_HPA = 8.0
-"""Weather and the sensor's own offset, from walk to walk."""
+"""Weather and the sensor's own offset, different for each walk."""
 WEATHER_HPA_PER_SQRT_S = 0.003
-"""Random walk of the pressure: a hundredth of a hectopascal is 8 cm."""
+"""Random walk of the pressure; 0.01 hPa is about 8 cm."""
 
 
 def with_pressure(imu: ImuLog, walk: TrueWalk, elevation_m: float, rng: np.random.Generator) -> ImuLog:
-    """Add PRESSURE readings (v1 in hPa) to a walk's sensor log; ``elevation_m`` is that of the walk's own floor."""
+    """Add PRESSURE readings (v1 in hPa) to a walk's sensor log; ``elevation_m`` is that of the walk's floor."""
     duration_ns = int(walk.time_ns[-1] - walk.time_ns[0])
     time_ns = walk.time_ns[0] + np.arange(int(1e9 / RATE_HZ / 3), duration_ns, int(1e9 / RATE_HZ), dtype=np.int64)
     height = elevation_m + position_at(walk, time_ns)[:, 2]

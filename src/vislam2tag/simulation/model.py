@@ -1,8 +1,8 @@
-"""What the parts of the simulator hand to each other: buildings, true walks, tracker logs; and what they all ask of it.
+"""Data that the parts of the simulator exchange: buildings, true walks and tracker logs, with common functions.
 
-That is the walk at any time (linear between samples 5 ms apart, so below 0.1 mm), the walls that a line crosses, and
-smooth random fields over a building. A sum of cosines with normally distributed wave vectors has, in the limit of many
-terms, a Gaussian covariance (random Fourier features, Rahimi and Recht 2007).
+These functions give the walk at any time (linear between samples 5 ms apart, with errors below 0.1 mm), the walls that
+a line crosses, and smooth random fields over a building. A field is a sum of cosines with normally distributed wave
+vectors. With many terms its covariance becomes Gaussian (random Fourier features, Rahimi and Recht 2007).
 """
 
 from __future__ import annotations
@@ -36,21 +36,21 @@ class SimulatedFloor:
     landmark_position: FloatArray
     """(m, 3) on a wall, z above this floor."""
     landmark_heading_rad: FloatArray
-    """(m,) direction of the sheet's X axis (to the right for who looks at it), from the BCS x axis."""
+    """(m,) direction of the sheet's X axis (to the viewer's right), from the BCS x axis."""
     control_points: FloatArray
     """(p, 2) points on the walkable graph."""
     lower_left_m: tuple[float, float] = (0.0, 0.0)
     """Lower left corner of the floor's extent, BCS."""
     rooms: frozenset[int] | None = None
-    """Nodes in rooms and their doors; None where the graph's shape tells (generated floors)."""
+    """Nodes in rooms and their doors; None if the graph's shape shows them (generated floors)."""
     space: WalkableSpace | None = None
-    """Where a floor that comes from a plan can be walked; None on generated floors, whose graphs keep off walls."""
+    """Walkable space of a floor that comes from a plan; None for generated floors, whose graphs avoid walls."""
     sheet_reach: FloatArray = field(default_factory=lambda: np.empty(0))
-    """(m,) how many times farther than an A4 sheet each landmark is recognised; empty where all are A4."""
+    """(m,) recognition distance of each landmark as a multiple of that of an A4 sheet; empty if all are A4."""
     surveyed_z_m: FloatArray | None = None
-    """(m,) heights as a site's own files have them, NaN where they do not say; None on generated floors."""
+    """(m,) heights in a site's own files, NaN if unknown; None for generated floors."""
     surveyed_sigma_m: FloatArray | None = None
-    """(m,) standard deviations as a site's own files have them, metres."""
+    """(m,) standard deviations in a site's own files, metres."""
 
     @property
     def corners_m(self) -> FloatArray:
@@ -75,13 +75,13 @@ class SimulatedBuilding:
     """(a,) RSSI at one metre."""
 
     def floor(self, number: int) -> SimulatedFloor:
-        """The floor with this number; raises KeyError where the building has none."""
+        """The floor with this number; raises KeyError if the building has none."""
         return {floor.number: floor for floor in self.floors}[number]
 
 
 @dataclass(frozen=True)
 class FloorTour:
-    """The floors that a walk may visit, the one where it starts first, and how it gets from one to the other."""
+    """The floors that a walk may visit, the first floor first, and how it changes floors."""
 
     floors: tuple[SimulatedFloor, ...]
     climb: Climb
@@ -93,12 +93,12 @@ class FloorTour:
 
 
 def floor_tour_from(building: SimulatedBuilding, start: int, climb: Climb) -> FloorTour:
-    """The tour over all floors of a building that starts on the floor of this number."""
+    """Return the tour over all floors of a building that starts on the floor of this number."""
     return FloorTour(tuple(sorted(building.floors, key=lambda floor: (floor.number != start, floor.number))), climb)
 
 
 def seen_from_first(tour: FloorTour) -> SimulatedFloor:
-    """The first floor with the landmarks of all floors on it, heights above that floor."""
+    """Return the first floor with the landmarks of all floors on it, with heights above that floor."""
     lifted = [
         floor.landmark_position + np.array((0.0, 0.0, rise))
         for floor, rise in zip(tour.floors, tour.rise_m, strict=True)
@@ -124,7 +124,7 @@ class TrueWalk:
     time_ns: IntArray
     """(n,) boot-clock ns."""
     position: FloatArray
-    """(n, 3) camera in BCS, z above the floor, gait bobbing and sway included; twice differentiable in effect."""
+    """(n, 3) camera in BCS, z above the floor, with gait bobbing and sway; smooth enough to differentiate twice."""
     orientation: FloatArray
     """(n, 4) quaternion (x, y, z, w), body to BCS (z up)."""
     speed: FloatArray
@@ -136,20 +136,20 @@ class TrueWalk:
     landmarks_passed: IntArray
     """Index of each landmark deliberately passed, in order."""
     blocked_ns: IntArray
-    """(b, 2) start and end of each time somebody blocks the camera's view."""
+    """(b, 2) start and end of each time someone blocks the camera's view."""
     floor_at: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    """(n,) floor of each sample, by its height; empty where all lie on ``floor``, above which heights always count."""
+    """(n,) floor of each sample, by its height; empty if all are on ``floor``. Heights always count above ``floor``."""
     unseen_m: FloatArray = field(default_factory=lambda: np.empty(0))
-    """(n,) height gained in lifts up to each sample, of which no camera sees anything; empty where there are none."""
+    """(n,) height gained in lifts until each sample, which no camera sees; empty without lifts."""
     rides_ns: IntArray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
     """(r, 2) start and end of each ride in a lift."""
 
 
 @dataclass(frozen=True)
 class MapShift:
-    """At ``frame`` what came into the map after frame ``since`` moves by ``move`` (complex metres).
+    """At ``frame`` everything that came into the map after frame ``since`` moves by ``move`` (complex metres).
 
-    Wholly where ``even``; otherwise the more the younger it is, and unevenly (a loop correction).
+    It moves completely if ``even``. Otherwise younger points move more, and unevenly (a loop correction).
     """
 
     frame: int
@@ -160,9 +160,9 @@ class MapShift:
 
 @dataclass(frozen=True)
 class MapMotion:
-    """How the map moved under the ``f`` frames, and what the tracker knows of itself.
+    """How the map moved under the ``f`` frames, and the tracker's own state.
 
-    A point of the mapper's plane, carried, appears at ``factor * point + shift`` (f,), ``rise`` (f,) metres higher.
+    A point fixed in the mapper's plane appears at ``factor * point + shift`` (f,), ``rise`` (f,) metres higher.
     """
 
     carries: tuple[MapShift, ...]
@@ -182,19 +182,19 @@ class TrackerLog:
     time_ns: IntArray
     """(f,) stamp of each frame (boot clock, includes the pose lag)."""
     exposure_ns: IntArray
-    """(f,) when the frame was really exposed: the truth of the frame is the walk's pose at this time."""
+    """(f,) time of the real exposure; the truth of the frame is the walk's pose at this time."""
     position_acs: FloatArray
     orientation_acs: FloatArray
     """(f, 4) quaternion (x, y, z, w), camera to ACS."""
     landmarks: LandmarkLog
     events: tuple[SimulatedEvent, ...]
     motion: MapMotion | None = None
-    """None where traps have changed the log: only the phone app's format tells of it."""
+    """None if traps have changed the log; only the phone app's format uses it."""
 
 
 @dataclass(frozen=True)
 class SimulatedEvent:
-    """Something the tracker did, for tests and docs; the pipeline never reads it."""
+    """An event of the tracker, for tests and docs; the pipeline never reads it."""
 
     frame: int
     kind: str
@@ -203,7 +203,7 @@ class SimulatedEvent:
 
 
 def position_at(walk: TrueWalk, time_ns: IntArray) -> FloatArray:
-    """Camera position (k, 3) in BCS at boot-clock times (k,); the ends are held outside the walk."""
+    """Camera position (k, 3) in BCS at boot-clock times (k,); constant before and after the walk."""
     return blend_at(walk, walk.position, time_ns)
 
 
@@ -230,7 +230,7 @@ def floor_at(walk: TrueWalk, time_ns: IntArray) -> IntArray:
 
 
 def blend_at(walk: TrueWalk, samples: FloatArray, time_ns: IntArray) -> FloatArray:
-    """Interpolate values (n, d), one a walk sample, at boot-clock times (k,)."""
+    """Interpolate values (n, d), one for each walk sample, at boot-clock times (k,)."""
     place = np.clip((time_ns - walk.time_ns[0]) * (walk.rate_hz / 1e9), 0, len(walk.time_ns) - 1)
     before = np.minimum(place.astype(np.int64), len(walk.time_ns) - 2)
     share = (place - before)[:, None]
@@ -250,7 +250,7 @@ def count_crossings(start: FloatArray, end: FloatArray, walls: FloatArray) -> In
 
 
 def _crossing(start: FloatArray, end: FloatArray, walls: FloatArray) -> BoolArray:
-    """(k, w) mask: line and wall cross where each one's ends lie on different sides of the other."""
+    """(k, w) mask: line and wall cross if the ends of each are on different sides of the other."""
     lines, wall_lines = _implicit(start, end), _implicit(walls[:, 0], walls[:, 1])
     ends_apart = (_homogeneous(start) @ wall_lines.T) * (_homogeneous(end) @ wall_lines.T) < 0
     walls_apart = (lines @ _homogeneous(walls[:, 0]).T) * (lines @ _homogeneous(walls[:, 1]).T) < 0
@@ -269,7 +269,7 @@ def _homogeneous(points: FloatArray) -> FloatArray:
 
 
 TERMS = 32
-"""Cosines a field: enough for a marginal distribution close to normal."""
+"""Number of cosines in a field; enough for a nearly normal marginal distribution."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""What the phone app logs on a simulated walk, column by column, and the same as a script for the app's own core.
+"""Logs of the phone app on a simulated walk, as tables and as a script for the app's own core.
 
-docs/reference/phone-tables.md tells of the columns, docs/reference/phone-format.md of the script.
+docs/reference/phone-tables.md describes the columns, docs/reference/phone-format.md the script.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from vislam2tag.site.model import SessionKey
 DELIVERY_NS = 100_000_000
 """A scan's results are delivered this long after its last reading."""
 SLEPT_NS = 23_100_000_000_000
-"""How long the phones slept since they were started: the boot clock minus the monotonic one."""
+"""Time for which the phones slept since they were started: boot clock minus monotonic clock."""
 EXTENT_M = 0.2
 """Side of the landmarks' images."""
 VALUES_OF = {"ACC": 3, "GYRO": 3, "GYRO_UN": 6, "MAG": 3, "MAG_UN": 6, "ROT": 4, "GAME_ROT": 4, "PRESSURE": 1}
-"""How many values each sensor gives."""
+"""Number of values of each sensor."""
 TRACKING, PAUSED = "TRACKING", "PAUSED"
 SEEN, KNOWN = "FULL_TRACKING", "LAST_KNOWN_POSE"
 BLE_COLUMNS = ("time_ns", "address", "name", "rssi_dbm", "tx_power_dbm", "uuid", "major", "minor")
 RTT_COLUMNS = ("time_ns", "bssid", "responder", "range_m", "range_sigma_m", "rssi_dbm", "attempted", "successful")
 REASON = "EXCESSIVE_MOTION"
-"""Why simulated trackers lose track."""
+"""Reason of simulated tracking losses."""
 
 
 @dataclass(frozen=True)
 class PhoneLog:
-    """Tables by the name of their file, without ``.csv``, in the order of their rows; and the walk's first and last
-    time, boot-clock ns.
+    """Tables by file name without ``.csv``, with rows in file order, and the first and last time of the walk,
+    boot-clock ns.
     """
 
     tables: dict[str, pl.DataFrame]
@@ -51,10 +51,10 @@ class PhoneLog:
 
 
 def phone_log(session: SimulatedSession, key: SessionKey, seed: int) -> PhoneLog:
-    """Make all tables of a session; raises ValueError where traps have changed its tracker's log."""
+    """Make all tables of a session; raises ValueError if traps have changed its tracker's log."""
     tracker = session.tracker
     if tracker.motion is None:
-        raise ValueError("the phone's format tells of the tracker what traps have changed")
+        raise ValueError("sessions in the phone app's format cannot have traps")
     start_ns, end_ns = int(session.walk.time_ns[0]), int(session.walk.time_ns[-1])
     tables = {
         "CameraPose": _camera(tracker, tracker.motion, monotonic=_images_are_monotonic(key.device)),
@@ -75,7 +75,7 @@ def _images_are_monotonic(device: str) -> bool:
 
 
 def as_float32(values: AnyArray | pl.Series) -> pl.Series:
-    """Round values (n,) to float32, as the platform gives floats; not finite: null."""
+    """Round values (n,) to float32 as the platform does; null if not finite."""
     return pl.Series(values, dtype=pl.Float32, strict=False).fill_nan(None)
 
 
@@ -108,7 +108,7 @@ def _camera(tracker: TrackerLog, motion: MapMotion, *, monotonic: bool) -> pl.Da
 
 
 def _landmarks(tracker: TrackerLog, motion: MapMotion) -> pl.DataFrame:
-    """Frame after frame, landmarks in the order of their first sighting."""
+    """Rows by frame, with landmarks in the order of their first sighting."""
     log = tracker.landmarks
     order = np.lexsort((log.landmark, log.frame))
     extent = as_float32(np.full(len(order), EXTENT_M))
@@ -238,7 +238,7 @@ def session_name(key: SessionKey) -> str:
 
 
 def phone_text(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> dict[str, bytes]:
-    """Content of each file of a session by name; ``boot_unix_ns`` is wall clock (Unix ns) minus boot clock."""
+    """Content of each file of a session, by name; ``boot_unix_ns`` is wall clock (Unix ns) minus boot clock."""
     files = {f"{name}.csv": table.write_csv().encode() for name, table in log.tables.items()}
     return {"session.json": _record(log, key, boot_unix_ns), **files}
 
@@ -304,7 +304,7 @@ def phone_script(log: PhoneLog, key: SessionKey, boot_unix_ns: int) -> bytes:
 
 
 def _line(word: str, *columns: str) -> pl.Expr:
-    """A line of a call: its word and columns, what is not known left empty."""
+    """A line of a call: its word and columns; unknown values are empty."""
     fields = [pl.col(name).cast(pl.String).fill_null("") for name in columns]
     return pl.concat_str(pl.lit(word), *fields, separator="\t")
 
@@ -340,7 +340,7 @@ def _frame_lines(tables: dict[str, pl.DataFrame]) -> pl.DataFrame:
 
 
 def _sensor_lines(sensors: pl.DataFrame) -> pl.DataFrame:
-    """Readings arrive when they are made; values that a sensor does not give end the line earlier."""
+    """Readings arrive when they are made; the line ends after the last value of the sensor."""
     line = _line("sensor", "time_ns", "sensor", "time_ns", "accuracy", *_VALUES).str.strip_chars_end("\t")
     return sensors.select(now="time_ns", text=line)
 

@@ -1,7 +1,7 @@
-"""The simulated phones, what their holders enter, and one session: everything that a phone logged on a true walk.
+"""Simulated phones, the input of their users, and sessions: everything that a phone logs on a true walk.
 
-Phones differ in radio, locale and clock. Holders press at control points; without a tracker they enter their position
-now and then.
+Phones differ in radio, locale and clock. Users press a button at control points. Without a tracker they sometimes enter
+their position.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class DecimalMarks:
 
 @dataclass(frozen=True)
 class PressTiming:
-    """How one person presses: ``lead_s`` before the exact moment on average, normal scatter ``scatter_s``."""
+    """How one person presses: ``lead_s`` before the exact moment on average, with normal scatter ``scatter_s``."""
 
     lead_s: float = 0.1
     scatter_s: float = 0.35
@@ -42,7 +42,7 @@ def simulate_presses(walk: TrueWalk, hand: PressTiming, rng: np.random.Generator
 
 
 DEVICE_NAMES = ("LG", "OnePlus", "Galaxy", "S20")
-"""The phones of the published survey; further ones are called Phone5, Phone6, ..."""
+"""The phones of the published survey; additional phones are Phone5, Phone6, ..."""
 _STATION_CLOCK_ERROR_S = 3.0
 _OWN_MARKS = {
     "LG": DecimalMarks(",", ","),
@@ -54,13 +54,13 @@ _OWN_MARKS = {
 
 @dataclass(frozen=True)
 class Device:
-    """One phone and who carries it."""
+    """One phone and the person who carries it."""
 
     marks: DecimalMarks
     receiver: PhoneReceiver
     hand: PressTiming
     station_clock_ns: int
-    """The total station's wall clock minus this phone's."""
+    """The total station's wall clock minus this phone's clock."""
 
 
 def device_names(count: int) -> tuple[str, ...]:
@@ -86,15 +86,15 @@ def make_device(name: str, locale: Locale, seed: int) -> Device:
 
 FIX_INTERVAL_S = 20.0
 FIX_SIGMA_M = 0.4
-"""Per axis: nobody stands exactly where they say.
+"""Error of an entered position, per axis: people are never exactly where they say.
 
-Taps of real walks are off by 0.4 to 0.6 m (docs/results/how-good.md)."""
+Taps of real walks have errors of 0.4 to 0.6 m (docs/results/how-good.md)."""
 FIX_DELAY_S = 0.1
-"""From being there to saying so."""
+"""Delay between reaching a place and entering it."""
 
 
 def simulate_fixes(walk: TrueWalk, rng: np.random.Generator) -> TimedPoints:
-    """Say where the walker was at the start, every :data:`FIX_INTERVAL_S` and near the end."""
+    """Enter the walker's position at the start, every :data:`FIX_INTERVAL_S` and near the end."""
     first, last = int(walk.time_ns[0]) + 200_000_000, int(walk.time_ns[-1]) - 200_000_000
     count = max(round((last - first) * 1e-9 / FIX_INTERVAL_S), 1)
     time_ns = np.linspace(first, last, count + 1).astype(np.int64)
@@ -115,10 +115,10 @@ class SimulatedSession:
     presses_ns: IntArray
     marks: DecimalMarks
     ble: BleLog | None = None
-    """None where the phone logs no BLE."""
+    """None if the phone logs no BLE."""
     ranges: RangeLog | None = None
-    """None where the phone measures no ranges to access points."""
+    """None if the phone measures no ranges to access points."""
     fixes: TimedPoints | None = None
-    """Places in the BCS that the walker knows; None where the phone has a tracker."""
+    """Positions in the BCS that the walker enters; None if the phone has a tracker."""
     station: TimedPoints | None = None
     station_offset_ns: int = 0

@@ -1,4 +1,4 @@
-"""What a phone hears along a true walk: Wi-Fi scans, ranges by the round-trip time of Wi-Fi frames, and BLE beacons.
+"""Radio measurements along a true walk: Wi-Fi scans, ranges from the round-trip time of Wi-Fi frames, and BLE beacons.
 
 Scans follow from path loss, walls, floors, correlated shadowing, the receiver and the timing of scans.
 """
@@ -24,7 +24,7 @@ from vislam2tag.simulation.model import (
 from vislam2tag.simulation.settings import stream
 
 _SHADOWING_REACH = 3.0
-"""Shadowing above this many standard deviations is not looked for beyond an access point's reach."""
+"""Shadowing above this many standard deviations is ignored beyond an access point's reach."""
 _SMALLEST_RSS_DBM, _GREATEST_RSS_DBM = -110, -10
 
 
@@ -39,7 +39,7 @@ class RadioSettings:
     path_loss_exponent: float = 2.0
     wall_loss_db: float = 2.0
     most_walls: int = 6
-    """Walls beyond this many cost nothing more: diffraction wins."""
+    """Walls beyond this number add no loss, because diffraction dominates."""
     floor_loss_db: float = 14.0
     shadowing_sigma_db: float = 4.0
     shadowing_length_m: float = 4.0
@@ -52,12 +52,12 @@ class RadioSettings:
     miss_share: float = 0.05
     """Share of audible readings that a scan misses."""
     stale_share: float = 0.0
-    """Share of access points no longer heard whose row of the scan before is given again."""
+    """Share of access points that are no longer heard but keep their row of the previous scan."""
 
 
 @dataclass(frozen=True)
 class PhoneReceiver:
-    """What differs between phones: a constant offset (dB) and the weakest reading they report (dBm)."""
+    """Differences between phones: a constant offset (dB) and the weakest reading that they report (dBm)."""
 
     offset_db: float = 0.0
     sensitivity_dbm: float = -92.0
@@ -65,7 +65,7 @@ class PhoneReceiver:
 
 @dataclass(frozen=True)
 class RadioEnvironment:
-    """A building's radio waves: the same for every device and walk."""
+    """A building's radio environment, the same for every device and walk."""
 
     building: SimulatedBuilding
     settings: RadioSettings
@@ -110,7 +110,7 @@ def mean_rss_dbm(
 ) -> FloatArray:
     """Mean RSSI (k,) in dBm at BCS positions (k, 3), z above ``floor``, of access points (k,) by index.
 
-    Pairs that cannot reach ``faintest_dbm`` are -inf: their walls are not counted.
+    Pairs that cannot reach ``faintest_dbm`` are -inf; their walls are not counted.
     """
     settings = environment.settings
     here = environment.building.floor(floor)
@@ -125,7 +125,7 @@ def mean_rss_dbm(
 
 
 def _open_loss_db(environment: RadioEnvironment, floor: int, point: FloatArray, access_point: IntArray) -> FloatArray:
-    """Loss (k,) by distance and by the storeys between, without walls."""
+    """Loss (k,) from distance and from the storeys between, without walls."""
     settings, building = environment.settings, environment.building
     distance = np.linalg.norm(point - environment.ap_position[access_point], axis=1)
     storeys = np.abs(_rank(building, building.ap_floor)[access_point] - _rank(building, np.array([floor])))
@@ -165,7 +165,8 @@ def mean_along_walk(
     access_point: IntArray,
     faintest_dbm: float,
 ) -> FloatArray:
-    """Mean RSSI (k,) at positions (k, 3), z above the walk's own floor, each by the walls of the floor it lies on."""
+    """Mean RSSI (k,) at positions (k, 3), z above the walk's own floor, with the walls of the floor of each
+    position."""
     own_m = environment.building.floor(walk.floor).elevation_m
     floors = floor_at(walk, time_ns)
     mean = np.empty(len(position))
@@ -213,22 +214,22 @@ def _in_file_order(
 
 
 MOST_ASKED = 10
-"""Access points that a phone asks at once."""
+"""Number of access points that a phone ranges at once."""
 ASKED_AFTER_US = 200_000
-"""After the last reading of a scan."""
+"""Delay after the last reading of a scan."""
 EVERY_NTH_ANSWERS = 3
-"""Of the access points these answer ranging (IEEE 802.11mc); of the others the time of an ordinary answer is taken."""
+"""Every third access point supports ranging (IEEE 802.11mc); for others the time of an ordinary response is used."""
 RANGE_SIGMA_M = 0.6
 ORDINARY_SIGMA_M = 2.5
 ORDINARY_BIAS_M = 1.5
 BURST = 8
-"""Frames of a burst."""
+"""Frames in a burst."""
 
 
 @dataclass(frozen=True)
 class RangeLog:
-    """Ranges in order of time, all (k,): boot-clock ms, index of the access point, whether it answers ranging, range
-    and its spread in whole mm, level in dBm, frames that were answered.
+    """Ranges in order of time, all (k,): boot-clock ms, index of the access point, whether it supports ranging, range
+    and its spread in whole mm, level in dBm, number of answered frames.
     """
 
     time_ms: IntArray
@@ -241,7 +242,7 @@ class RangeLog:
 
 
 def simulate_ranges(environment: RadioEnvironment, walk: TrueWalk, wifi: WifiLog, rng: np.random.Generator) -> RangeLog:
-    """After each scan ask the access points that it heard loudest; straight through walls, which costs no time."""
+    """After each scan range to the strongest access points. Walls add no delay."""
     order = np.lexsort((-wifi.rss_dbm, wifi.scan))
     scan, first = np.unique(wifi.scan[order], return_index=True)
     rank = np.arange(len(order)) - first[np.searchsorted(scan, wifi.scan[order])]
@@ -282,7 +283,7 @@ BEACON_DELAY_S = 0.01
 BEACON_HEARD_SHARE = 0.6
 """Part of the audible advertisements that a phone's scan window catches."""
 BEACON_FADING_SIGMA_DB = 4.0
-"""One of three channels, without averaging: more than a Wi-Fi reading's."""
+"""One of three channels, without averaging, so more than for a Wi-Fi reading."""
 NAMELESS_SHARE = 0.3
 
 
@@ -336,7 +337,7 @@ def make_beacons(building: SimulatedBuilding, seed: int) -> Beacons:
 
 
 def simulate_ble(beacons: Beacons, walk: TrueWalk, receiver: PhoneReceiver, rng: np.random.Generator) -> BleLog:
-    """Let every beacon advertise along the walk; the phone catches a part of what is loud enough."""
+    """Let every beacon advertise along the walk; the phone catches some of the signals that are strong enough."""
     count = len(beacons.major)
     duration_s = float(walk.time_ns[-1] - walk.time_ns[0]) / 1e9
     steps = int(duration_s / BEACON_INTERVAL_S)

@@ -1,6 +1,6 @@
-"""Simulated sessions in the published raw layout (docs/reference/session-files.md), the truth beside them, site files.
+"""Simulated sessions in the published raw layout (docs/reference/session-files.md), with their truth and site files.
 
-The site's files are floors, landmarks with their surveyor's errors, and control points.
+The site's files are floors, landmarks with survey errors, and control points.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ PUBLISHED_NAMES = {
     "fixes": "fixes.csv",
     "truth": "truth.csv",
 }
-"""File name of each role, as the phone app writes them."""
+"""File name of each role, as the phone app writes it."""
 PAPER_NAMES = PUBLISHED_NAMES | {
     "poses": "CameraPose.csv",
     "landmarks": "LandmarkPose.csv",
     "sensors": "Sensors.csv",
     "wifi": "WiFi.csv",
 }
-"""File name of each role, as the paper's text has them."""
+"""File name of each role, as in the paper's text."""
 DECIMALS = 6
 
 _Columns = dict[str, AnyArray | pl.Series | str]
 
 SessionText = dict[str, bytes]
-"""Content of each file of a session by role."""
+"""Content of each file of a session, by role."""
 
 
 def session_text(session: SimulatedSession) -> SessionText:
-    """Write every file of a session into memory; roles without data (BLE, presses, station) are left out."""
+    """Return every file of a session; roles without data (BLE, presses, station) are skipped."""
     text = {
         "poses": _poses(session.tracker, session.marks.poses),
         "landmarks": _landmarks(session.tracker, session.marks.poses),
@@ -88,7 +88,7 @@ def _poses(tracker: TrackerLog, mark: str) -> bytes:
 
 
 def _landmarks(tracker: TrackerLog, mark: str) -> bytes:
-    """Frame after frame, landmarks in the order of their first sighting."""
+    """Rows by frame, with landmarks in the order of their first sighting."""
     log = tracker.landmarks
     order = np.lexsort((log.landmark, log.frame))
     columns: _Columns = {"id": chosen(log.ids, log.landmark[order]), "t": tracker.time_ns[log.frame[order]]}
@@ -168,7 +168,7 @@ HEADING_SIGMA_RAD = 0.02
 def site_text(
     building: SimulatedBuilding, control_points: bool, columns: frozenset[SiteColumn] = frozenset(), seed: int = 0
 ) -> dict[str, bytes]:
-    """Text of the site's own files by path relative to the survey, the plan images excepted.
+    """Text of the site's own files by path relative to the survey, except the plan images.
 
     Without ``columns`` positions are exact; ``seed`` is for the surveyor's errors.
     """
@@ -190,7 +190,7 @@ def _dimensions(building: SimulatedBuilding, elevations: bool) -> bytes:
 
 
 def _marker_dict(floor: SimulatedFloor, columns: frozenset[SiteColumn], seed: int) -> bytes:
-    """Landmarks as surveyed; each column has its own random numbers, so that one more leaves the others as they are."""
+    """Landmarks as surveyed. Each column has its own random numbers, so additional columns do not change the others."""
     place, count = floor.landmark_position, len(floor.landmark_ids)
     rng = {column: stream(seed, "surveyor", floor.number, column.value) for column in columns}
     xy, further = place[:, :2], {}

@@ -1,6 +1,6 @@
-"""Where a walk leads: a route over a floor's graph, the smooth path that a person takes along it, and tours of floors.
+"""Paths of walks: a route over a floor's graph, the smooth path of a person along it, and tours of several floors.
 
-On a tour one goes from corridor to corridor by stairs or lift, and the path says how high one is when.
+On a tour the walker changes floors by stairs or lift, and the path contains the height.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from vislam2tag.site.walkable.space import WalkableSpace
 STEP_M = 0.02
 """Sampling of a path."""
 CORNER_M = 0.4
-"""How much corners are rounded."""
+"""Rounding of corners."""
 PASS_M = (0.5, 0.75)
-"""Range of the distance between camera and sheet when a landmark is passed, in the plane."""
+"""Range of the horizontal distance between camera and sheet when a landmark is passed."""
 ELBOW_M = 0.3
-"""Nobody walks nearer to a wall than this where a plan tells of walls."""
+"""Smallest distance between a walker and the walls of a plan."""
 SHARES_ACROSS = (0.2, 0.4, 0.6, 0.8, 1.0)
 KEEP_RIGHT_M = (0.05, 0.45)
-"""How far right of the corridor's middle people keep; each has a habit."""
+"""Range of the distance that people keep to the right of the corridor's middle; each has a habit."""
 
 
 @dataclass(frozen=True)
 class WalkPath:
-    """A smooth path: ``points`` (p, 2) every 2 cm or so, and what it passes, by sample."""
+    """A smooth path: ``points`` (p, 2) about every 2 cm, and what it passes, by sample."""
 
     points: FloatArray
     landmark: IntArray
@@ -44,16 +44,16 @@ class WalkPath:
     """Index of each control point passed over, in order."""
     point_sample: IntArray
     rise_m: FloatArray = field(default_factory=lambda: np.empty(0))
-    """(p,) height climbed by stairs up to each sample; empty where there are none."""
+    """(p,) height climbed by stairs up to each sample; empty if there are none."""
     lift_sample: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    """Where a lift is taken, in order."""
+    """Samples at which a lift is taken, in order."""
     lift_rise_m: FloatArray = field(default_factory=lambda: np.empty(0))
-    """How far each lift goes up."""
+    """Rise of each lift."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """Straight legs and what lies beside them; everything by arc length from the start, metres."""
+    """Straight legs and the things next to them, all by arc length from the start, metres."""
 
     corners: FloatArray
     """(r, 2) ends of the legs."""
@@ -62,7 +62,7 @@ class Course:
     point: IntArray
     point_s: FloatArray
     room_s: FloatArray
-    """Where rooms are entered."""
+    """Arc lengths at which rooms are entered."""
 
     @property
     def along(self) -> FloatArray:
@@ -95,7 +95,7 @@ def lay_path(
 ) -> WalkPath:
     """Lay the smooth path that a person takes along a course; ``sheets`` (m, 2) are the landmarks it may pass.
 
-    Where there is a ``space`` the path keeps within it, an elbow's length off its walls.
+    Inside a ``space`` the path keeps an elbow's length from the walls.
     """
     centre_s = np.arange(0.0, course.along[-1], STEP_M)
     centre = gaussian_filter1d(points_along(course.corners, centre_s), CORNER_M / STEP_M, axis=0, mode="nearest")
@@ -110,7 +110,7 @@ def lay_path(
 
 
 def _kept_inside(offset: FloatArray, centre: FloatArray, normal: FloatArray, space: WalkableSpace) -> FloatArray:
-    """Shrink the way across (p,) until each point keeps off the walls, or lies on the course's own line."""
+    """Shrink the lateral offset (p,) until each point keeps its distance from walls, or is on the course's own line."""
     kept = np.zeros_like(offset)
     for share in SHARES_ACROSS:
         aside = centre + (share * offset)[:, None] * normal
@@ -119,7 +119,7 @@ def _kept_inside(offset: FloatArray, centre: FloatArray, normal: FloatArray, spa
 
 
 def sample_at(arc_m: FloatArray, samples: int) -> IntArray:
-    """Sample (k,) of a path of so many samples at each arc length (k,), metres."""
+    """Sample (k,) of a path with this number of samples at each arc length (k,), metres."""
     return np.asarray((arc_m / STEP_M).astype(np.int64).clip(0, samples - 1))
 
 
@@ -130,9 +130,9 @@ def wander(
     rng: np.random.Generator,
     start: int | None = None,
 ) -> IntArray:
-    """Walk the corridors, least used ones first, and now and then into a room; (r,) node indices.
+    """Walk the least used corridors first, and sometimes into a room; (r,) node indices.
 
-    Starts at the node ``start``, or anywhere.
+    Starts at the node ``start``, or at a random one.
     """
     neighbours, rooms = _neighbours(floor), room_nodes(floor)
     used: dict[tuple[int, int], int] = {}
@@ -157,7 +157,7 @@ def wander(
 
 
 def _shuttle(floor: SimulatedFloor, length_m: float) -> IntArray:
-    """Go up and down the longest corridor, all of it; (r,) node indices."""
+    """Go up and down the whole longest corridor; (r,) node indices."""
     corridor = station_corridor(floor)
     extent = float(np.linalg.norm(floor.nodes[corridor[-1]] - floor.nodes[corridor[0]]))
     laps = int(length_m / extent) + 2
@@ -185,7 +185,7 @@ def _neighbours(floor: SimulatedFloor) -> list[list[int]]:
 
 
 def room_nodes(floor: SimulatedFloor) -> set[int]:
-    """Nodes inside rooms: as the floor says, else what hangs off a corridor node at right angles to its other edges."""
+    """Nodes inside rooms: those that the floor names, else dead ends at right angles to a corridor."""
     if floor.rooms is not None:
         return set(floor.rooms)
     neighbours = _neighbours(floor)
@@ -202,7 +202,7 @@ def room_nodes(floor: SimulatedFloor) -> set[int]:
 def _met(
     floor: SimulatedFloor, things: FloatArray, route: IntArray, along: FloatArray, reach_m: float
 ) -> tuple[IntArray, FloatArray]:
-    """Which things (t, 2) lie beside the corridor legs of a route (r,) within ``reach_m``: index (k,) and arc length
+    """Find which things (t, 2) are within ``reach_m`` of the corridor legs of a route (r,): index (k,) and arc length
     (k,), in order.
     """
     start, stop = floor.nodes[route[:-1]], floor.nodes[route[1:]]
@@ -242,7 +242,7 @@ def _sway(arc: FloatArray, settings: WalkSettings, rng: np.random.Generator) -> 
 
 
 def _door_squeeze(entered: FloatArray, arc: FloatArray) -> FloatArray:
-    """Factor (p,) that leads through the middle of doors: 0 on the way into and out of rooms."""
+    """Factor (p,) that leads through the middle of doors: 0 when entering or leaving rooms."""
     marks = np.concatenate(([-np.inf], entered, [np.inf]))
     right = np.searchsorted(marks, arc)
     nearest = np.minimum(arc - marks[right - 1], marks[right] - arc)
@@ -257,7 +257,7 @@ def _approach(
     samples: IntArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Bend the path towards each sheet passed (k, 2), to an arm's length off it."""
+    """Bend the path towards each passed sheet (k, 2), to an arm's length from it."""
     bent = offset.copy()
     reach = round(3.0 / STEP_M)
     for sheet, sample in zip(sheets, samples.tolist(), strict=True):
@@ -270,20 +270,20 @@ def _approach(
 
 
 STAY_M = (45.0, 75.0)
-"""How far one walks on a floor before leaving it; shorter walks leave sooner."""
+"""Range of the distance walked on a floor before the next; shorter walks change earlier."""
 SHARE_ON_FLOOR = 0.25
-"""At most this share of what can be walked at all goes by before the first floor is left."""
+"""At most this share of the whole distance is walked before the first change of floors."""
 FLIGHTS = np.array([(0.0, 0.0), (1.0, 0.0), (4.5, 0.0), (4.5, 1.3), (1.0, 1.3), (0.0, 0.0)])
-"""Stairs from a corridor's corner and back to it a storey higher: outwards and sideways, metres."""
+"""Stairs from a corridor's corner to the same corner a storey higher: outwards and sideways, metres."""
 FLIGHT_SHARES = np.array([0.0, 0.0, 0.5, 0.5, 1.0, 1.0])
 """Share of the storey climbed at each of these corners."""
 CABIN_M = 1.6
-"""A lift stands so far out of the corridor's corner."""
+"""Distance of a lift from the corridor's corner."""
 
 
 @dataclass(frozen=True)
 class _TourStage:
-    """One part of a tour: a course on a floor, or the way to another one."""
+    """One part of a tour: a course on a floor, or the path to another one."""
 
     course: Course
     rise_m: FloatArray
@@ -320,7 +320,7 @@ def _next_floor(tour: FloorTour, here: int, rng: np.random.Generator) -> int:
 
 
 def _stairwell(floor: SimulatedFloor, other: SimulatedFloor, here: int) -> tuple[int, int]:
-    """The nearest corridor node that both floors have: its index on either."""
+    """The nearest corridor node that both floors have: its index on each."""
     apart = np.linalg.norm(floor.nodes[:, None] - other.nodes, axis=2)
     mine, theirs = np.nonzero(apart < STEP_M)
     junction = np.bincount(floor.edges.ravel(), minlength=len(floor.nodes))[mine] > 1
@@ -331,7 +331,7 @@ def _stairwell(floor: SimulatedFloor, other: SimulatedFloor, here: int) -> tuple
 
 
 def _shortest(floor: SimulatedFloor, start: int, stop: int) -> IntArray:
-    """Nodes (r,) of the shortest way between two nodes, both included."""
+    """Nodes (r,) of the shortest path between two nodes, including both."""
     a, b = floor.edges.T
     length = np.linalg.norm(floor.nodes[a] - floor.nodes[b], axis=1)
     graph = csr_array((length, (a, b)), shape=(len(floor.nodes), len(floor.nodes)))

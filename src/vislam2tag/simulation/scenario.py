@@ -1,4 +1,4 @@
-"""Which surveys are simulated: the building, and each session's floor, device, walk and share of faults."""
+"""Plans of simulated surveys: the building, and the floor, device, walk and faults of each session."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from vislam2tag.simulation.settings import (
 from vislam2tag.site.model import SessionKey
 
 GOLDEN = (5**0.5 - 1) / 2
-"""Successive multiples modulo 1 are spread evenly however many there are."""
+"""Successive multiples modulo 1 are spread evenly, whatever their number."""
 FIRST_DAY = datetime(2021, 12, 20, tzinfo=UTC)
 """No simulated session starts before this day; devices were started before it."""
 WALKING_DAY = date(2021, 12, 20)
-"""On which walks begin unless another day is given; each floor has a day of its own from then on."""
+"""Default day of the walks; each further floor has the next day."""
 SITE_SEED = 0
 _MOST_DAYS = 3000
 POSE_LAGS_S = {"LG": 0.055, "OnePlus": 0.035, "Galaxy": 0.045, "S20": 0.03}
 
 STATION_BREAK_M = (13.0, 15.0)
-"""Jumps of the camera in short walks along one corridor."""
+"""Camera jumps in short walks along one corridor."""
 FIRST_STARTS = {
     (1, "LG_ref"): "2022-01-19T16:06:28",
     (1, "OnePlus_ref"): "2022-01-19T15:51:00",
@@ -51,7 +51,7 @@ ILLUSTRATIONS = (
     (SessionKey(4, "Subtrajectory_split", "2022-01-14T16:35:30"), 180.0, 0.2),
     (SessionKey(4, "Galaxy", "2021-12-20T14:17:21"), 150.0, 0.3),
 )
-"""Further walks, without presses, that figures of the paper show: key, duration in seconds, rank among the faults."""
+"""Additional walks without presses for figures of the paper: key, duration in seconds, rank among the faults."""
 
 
 @dataclass(frozen=True)
@@ -62,18 +62,18 @@ class PlannedSession:
     start_ns: int
     """Boot-clock time at which the walk starts."""
     boot_unix_ns: int
-    """When the device was started: boot clock plus this is the wall clock of the session's folder name."""
+    """Time of the device's start: boot clock plus this is the wall clock in the session's folder name."""
     duration_s: float
     walk: WalkSettings
     tracker: TrackerSettings
     fault_quantile: float
-    """Where this session stands among all, from 0 (best tracked) to 1 (worst)."""
+    """Rank of this session among all, from 0 (best tracked) to 1 (worst)."""
     presses: bool
     """Whether the walker presses at control points."""
     total_station: bool
     """Whether a total station tracks the phone."""
     climb: Climb | None = None
-    """How the walk goes to other floors; None where it stays on its own."""
+    """How the walk changes floors; None if it stays on its own."""
 
 
 @dataclass(frozen=True)
@@ -89,31 +89,31 @@ class Scenario:
     ble: bool = False
     """Whether there are BLE beacons, and the phones log them."""
     rtt: bool = False
-    """Whether the phones log ranges to access points, where their format holds them."""
+    """Whether the phones log ranges to access points, if their format supports this."""
     site: AnyPath | None = None
-    """Folder of the site whose plans and ``site.toml`` the survey takes over; None where the building is generated."""
+    """Folder of the site that provides plans and ``site.toml``; None for a generated building."""
     settings: BuildingSettings | SiteBuildingSettings | None = None
-    """What the building was made by, where users choose it."""
+    """Settings that the building was made with, if users chose them."""
     site_seed: int | None = None
-    """What access points, beacons and surveyor's errors follow from; None: ``seed``, as walks do."""
+    """Seed of access points, beacons and survey errors; None: ``seed``, as for walks."""
 
     @property
     def place_seed(self) -> int:
-        """What stays in the building while others walk there."""
+        """Seed of everything that stays the same in the building for other walks."""
         return self.seed if self.site_seed is None else self.site_seed
 
 
 class FurtherChoices(TypedDict, total=False):
-    """What else can be chosen of a regular survey."""
+    """More options of a regular survey."""
 
     walk: WalkSettings | None
     climb: Climb | None
-    """How walks go on to other floors; no landmark id is then used on two floors."""
+    """How walks change floors; no landmark id is then used on two floors."""
     pressure: bool
     ble: bool
     rtt: bool
     day: date
-    """Walks of another day go through the same building."""
+    """Day of the walks. Walks on other days use the same building."""
 
 
 def regular_survey(
@@ -128,15 +128,17 @@ def regular_survey(
 ) -> Scenario:
     """Plan ``sessions`` walks of ``duration_s`` on each floor with each device.
 
-    With ``climb`` each walk starts on its floor and goes on to others; adding floors changes such walks. Otherwise
-    adding floors, devices or sessions leaves the others as they are. Raises ValueError for a severity below zero, or
-    where there is no other floor to climb to, and TypeError for a keyword that there is not.
+    With ``climb`` each walk starts on its floor and continues on others; additional floors change such walks. Otherwise
+    additional floors, devices or sessions do not change the others.
+
+    Raises ValueError if the severity is below zero, or if there is no other floor to climb to, and TypeError for an
+    unknown keyword.
     """
     if unknown := more.keys() - FurtherChoices.__annotations__.keys():  # Unpack is for type checkers only
         raise TypeError(f"regular_survey() got unexpected keyword arguments: {', '.join(sorted(unknown))}")
     level, climb = severity_level(severity), more.get("climb")
     if climb is not None and len(floors) < 2:
-        raise ValueError("walks that change floors need two floors at least")
+        raise ValueError("walks that change floors need at least two floors")
     walk, day = more.get("walk"), more.get("day", WALKING_DAY)
     walks = _planned_walks(floors, devices, sessions, seed, level, duration_s, day, walk)
     planned = tuple(replace(session, climb=climb) for session in walks)
@@ -157,8 +159,8 @@ def site_survey(
 ) -> Scenario:
     """Plan walks as :func:`regular_survey` does, on all floors of a building made from the site in this folder.
 
-    Access points are those of the building, whoever walks: ``seed`` is the walks', which it keeps apart by their day
-    (``day``: given).
+    Access points belong to the building and do not depend on the walks. ``seed`` is the seed of the walks; walks on
+    different days (``day``) differ.
     """
     level = severity_level(severity)
     day = day or WALKING_DAY + timedelta(days=seed % _MOST_DAYS)
@@ -189,12 +191,14 @@ def _planned_walks(
 
 
 def paper_evaluation(seed: int, severity: str | float = "default") -> Scenario:
-    """Plan the paper's evaluation in copy: 24 walks over control points, 10 in a total station's view.
+    """Plan a copy of the paper's evaluation: 24 walks over control points, 10 in view of a total station.
 
-    Floors 1 and 4 with LG_ref and OnePlus_ref, median duration three minutes and one walk of fifteen; floor 4 with
-    LG_tachy and OnePlus_tachy (paper, section VI). Faults are spread evenly over the walks' ranks; longer walks are
-    tracked worse. Two well-tracked walks without known truth are there for the paper's figures.
-    Raises ValueError for a severity below zero.
+    Walks are on floors 1 and 4 with LG_ref and OnePlus_ref, with a median duration of three minutes and one walk of
+    fifteen minutes, and on floor 4 with LG_tachy and OnePlus_tachy (paper, section VI). Faults are spread evenly over
+    the walks' ranks, and longer walks are tracked worse. Two well-tracked walks without known truth are included for
+    the paper's figures.
+
+    Raises ValueError if the severity is below zero.
     """
     level = severity_level(severity)
     rng = stream(seed, "paper")
@@ -233,7 +237,7 @@ def _strata(count: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _provoked(style: WalkStyle, badness: float) -> WalkSettings:
-    """What goes wrong has a cause: the worse a session is tracked, the more people and running it has seen."""
+    """Choose causes for the faults: worse sessions contain more people and running."""
     if style is WalkStyle.TOTAL_STATION:
         return walk_settings(style, runs=int(badness > 0.7))
     return walk_settings(style, runs=1 if badness > 0.8 else 0, people=1 if badness > 0.5 else 0)
@@ -248,7 +252,7 @@ def _planned(
     style: WalkStyle = WalkStyle.SURVEY,
     walk: WalkSettings | None = None,
 ) -> PlannedSession:
-    """Plan a session of this rank among all, 0 (best tracked) to 1, walked in a style or as ``walk`` says."""
+    """Plan a session of this rank, from 0 (best tracked) to 1, walked in a style or by ``walk``."""
     up_hours = stream(seed, "boot", key.device).uniform(2.0, 200.0)
     start = datetime.fromisoformat(key.session).replace(tzinfo=UTC)
     first = FIRST_DAY if start < FIRST_DAY + timedelta(days=60) else start.replace(hour=0, minute=0, second=0)

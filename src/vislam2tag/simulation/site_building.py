@@ -1,6 +1,6 @@
-"""A building for the simulator from the plans and landmarks of a site's folder, as generated ones are made.
+"""Makes a building for the simulator from the plans and landmarks of a site's folder.
 
-Its ways are straight edges, led past every landmark that hangs away from their middle.
+Its paths are straight edges that lead past every landmark.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ from vislam2tag.site.walkable.painted_cells import floor_mask
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 PASSED_M = 1.8
-"""Who walks by a sheet within this distance passes it without leaving the way."""
+"""A sheet within this distance is passed without leaving the path."""
 STAND_M = 0.9
-"""Distance from a sheet at which a way that leads past it does so."""
+"""Distance from a sheet at which a path that leads past it runs."""
 _ALONG_SHEET_M = 0.7
-"""The way leads along the sheet for so far on both sides."""
+"""The path runs along the sheet for this distance on both sides."""
 _LEAVE_M = 3.0
-"""A way is left for a sheet so far before it, along the way."""
+"""Distance before a sheet at which the path is left for it, along the path."""
 _FARTHEST_M = 12.0
-"""No way is left for a sheet farther off than this."""
+"""Largest distance of a sheet for which the path is left."""
 
 
 @dataclass(frozen=True)
 class SitePaths:
-    """Nodes (n, 2), straight edges (e, 2), the nodes in rooms and doors of rooms, and landmarks that no way passes."""
+    """Nodes (n, 2), straight edges (e, 2), nodes in rooms and doors of rooms, and landmarks that no path passes."""
 
     nodes: FloatArray
     edges: IntArray
@@ -62,7 +62,8 @@ class SitePaths:
 
 
 def site_paths(graph: CorridorGraph, space: WalkableSpace, sheets: FloatArray, heading_rad: FloatArray) -> SitePaths:
-    """Make the ways of a graph that lead past the sheets (m, 2); ``heading_rad`` (m,) is each one's X axis."""
+    """Make the paths of a graph that lead past the sheets (m, 2); ``heading_rad`` (m,) is the direction of their X
+    axes."""
     lines = {edge: line for edge, line in enumerate(graph.polylines) if not graph.shortcut[edge]}
     missed = []
     for landmark, (sheet, heading) in enumerate(zip(sheets, heading_rad.tolist(), strict=True)):
@@ -74,11 +75,11 @@ def site_paths(graph: CorridorGraph, space: WalkableSpace, sheets: FloatArray, h
 def _lead_past(
     lines: dict[int, FloatArray], graph: CorridorGraph, space: WalkableSpace, sheet: FloatArray, along: FloatArray
 ) -> bool:
-    """Lead the nearest line (k, 2) from which a sheet (2,) can be seen past it, by the wall's direction (2,); whether
+    """Lead the closest line (k, 2) that can see a sheet (2,) past it, along the wall's direction (2,); return whether
     there is one.
     """
     feet = {edge: _foot(line, sheet) for edge, line in lines.items()}
-    # Rooms come last: a walk looks into few of them.
+    # Rooms come last, because walks enter few of them.
     order = sorted(feet, key=lambda edge: (bool(graph.in_room[edge]), feet[edge][1], edge))
     for edge in order:
         arc, off = feet[edge]
@@ -110,7 +111,8 @@ def _detour(line: FloatArray, arc: float, sheet: FloatArray, along: FloatArray) 
 
 
 def _foot(line: FloatArray, point: FloatArray) -> tuple[float, float]:
-    """Arc length of the point of a line (k, 2) nearest to a place (2,), and how far off it is, metres."""
+    """Arc length of the point of a line (k, 2) that is closest to a place (2,), and the distance between both,
+    metres."""
     start, legs = line[:-1], np.diff(line, axis=0)
     length = np.linalg.norm(legs, axis=1).clip(1e-9)
     share = (np.einsum("lk,lk->l", point - start, legs) / length**2).clip(0, 1)
@@ -126,7 +128,7 @@ def _at(line: FloatArray, arc: float) -> FloatArray:
 
 
 def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[int, ...]) -> SitePaths:
-    """Make every corner of the lines, (k, 2) each, a node."""
+    """Turn every corner of the lines, (k, 2) each, into a node."""
     nodes = list(graph.nodes)
     edges: list[tuple[int, int]] = []
     rooms = {node for node, kind in enumerate(graph.kinds) if kind is NodeKind.ROOM}
@@ -142,14 +144,14 @@ def _straight(lines: dict[int, FloatArray], graph: CorridorGraph, missed: tuple[
 
 
 _THIN_M = 0.6
-"""A wall with floor on both sides is one wall for radio waves where it is thinner than this."""
+"""A wall with floor on both sides is one wall for radio waves if it is thinner than this."""
 _OFF_FLOOR_M = 1.0
-"""A landmark farther off the walkable space than this hangs on no wall of it."""
+"""A landmark at a larger distance from the walkable space is not on one of its walls."""
 
 
 @dataclass(frozen=True)
 class SiteFloor:
-    """One floor of a site, as the simulator needs it; ``extent_m`` is left, right, lower, upper, BCS."""
+    """One floor of a site, as the simulator needs it; ``extent_m`` is left, right, bottom, top, BCS."""
 
     number: int
     name: str
@@ -158,18 +160,18 @@ class SiteFloor:
     space: WalkableSpace
     graph: CorridorGraph
     landmarks: Landmarks
-    """Those of the floor that have a position."""
+    """Landmarks of the floor that have a position."""
     width_m: FloatArray
-    """(m,) of each landmark's image, NaN where it is on A4."""
+    """(m,) width of each landmark's image, NaN for A4."""
 
 
 def site_building(
     floors: Sequence[SiteFloor], seed: int, settings: SiteBuildingSettings | None = None
 ) -> SimulatedBuilding:
-    """Make the building of some floors: where people walk, what they pass, access points, control points.
+    """Make the building of some floors: paths, landmarks, access points and control points.
 
-    Each floor has its own random numbers. Raises SurveyError where a floor has fewer than two landmarks, or one hangs
-    off the walkable space.
+    Each floor has its own random numbers. Raises SurveyError if a floor has fewer than two landmarks, or if a landmark
+    is not at the walkable space.
     """
     chosen = settings or SiteBuildingSettings()
     made = tuple(_simulated_floor(floor, chosen, stream(seed, "site", floor.number)) for floor in floors)
@@ -208,24 +210,24 @@ def _simulated_floor(floor: SiteFloor, settings: SiteBuildingSettings, rng: np.r
 
 
 def _check(floor: SiteFloor) -> None:
-    """Raise SurveyError for a floor that has too few landmarks, or one where nobody can pass it."""
+    """Raise SurveyError for a floor with too few landmarks, or with a landmark that walkers cannot pass."""
     if len(floor.landmarks.ids) < 2:
         raise SurveyError(
-            f"floor {floor.number}: has {len(floor.landmarks.ids)} landmarks with a position, a survey needs two; plan "
-            "some: vislam2tag plan"
+            f"floor {floor.number}: it has {len(floor.landmarks.ids)} landmarks with a position, but a survey needs "
+            "two; plan some with `vislam2tag plan`"
         )
     off = _off_walls(floor.space, floor.landmarks.position_bcs)[0]
     far = np.flatnonzero((off > _OFF_FLOOR_M) & ~floor.space.inside(floor.landmarks.position_bcs))
     if len(far):
         x, y = floor.landmarks.position_bcs[far[0]].tolist()
         raise SurveyError(
-            f"floor {floor.number}: landmark {floor.landmarks.ids[far[0]]} at ({x:.2f}, {y:.2f}) lies "
-            f"{off[far[0]]:.1f} m off the walkable space; correct its position or the walkable space (--mask)"
+            f"floor {floor.number}: landmark {floor.landmarks.ids[far[0]]} at ({x:.2f}, {y:.2f}) is "
+            f"{off[far[0]]:.1f} m from the walkable space; correct its position or the walkable space (--mask)"
         )
 
 
 def _off_walls(space: WalkableSpace, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distance (n,) of points to the nearest wall, and that wall's direction (n, 2), the floor on its left."""
+    """Distance (n,) of points to the nearest wall, and that wall's direction (n, 2), with the floor on its left."""
     start, leg = space.walls[:, 0], np.diff(space.walls, axis=1)[:, 0]
     length = np.linalg.norm(leg, axis=1)
     share = (np.einsum("nwk,wk->nw", points[:, None] - start, leg) / length**2).clip(0, 1)
@@ -235,13 +237,13 @@ def _off_walls(space: WalkableSpace, points: FloatArray) -> tuple[FloatArray, Fl
 
 
 def _along_wall(space: WalkableSpace, points: FloatArray) -> FloatArray:
-    """Direction (n,) to the right of who looks at the wall nearest to each point, rad."""
+    """Direction (n,) to the viewer's right on the wall closest to each point, rad."""
     direction = _off_walls(space, points)[1]
     return np.asarray(np.arctan2(-direction[:, 1], -direction[:, 0]))
 
 
 def _single_walls(space: WalkableSpace) -> FloatArray:
-    """Walls (w, 2, 2) without the second face of thin ones, which radio waves cross once."""
+    """Walls (w, 2, 2) without the second face of thin walls, which radio waves cross once."""
     leg = np.diff(space.walls, axis=1)[:, 0]
     outward = np.column_stack((leg[:, 1], -leg[:, 0])) / np.linalg.norm(leg, axis=1, keepdims=True)
     thin: BoolArray = space.inside(space.walls.mean(axis=1) + _THIN_M * outward)
@@ -271,8 +273,8 @@ def site_floors(
 ) -> tuple[SiteFloor, ...]:
     """Read floors of a site: plan, walkable space, graph, and landmarks (the site's own or those of a file).
 
-    Without ``numbers`` all floors that have a plan are taken. ``masks`` are drawn corrections, by floor. Raises
-    SurveyError where there is no such floor, no plan, or nothing that can be walked.
+    Without ``numbers`` all floors with a plan are read. ``masks`` are drawn corrections, by floor. Raises SurveyError
+    if a floor or plan is missing, or if nothing is walkable.
     """
     site, _ = read_site(root, landmark_file=landmark_file, follow_links=True)
     widths = {} if landmark_file is None else _widths(landmark_file)
@@ -288,7 +290,7 @@ def _floor_of(site: Site, number: int, root: Path) -> Floor:
         return site.floor(number)
     except KeyError as error:
         there = ", ".join(str(floor.number) for floor in site.floors)
-        raise SurveyError(f"{root}: has no floor {number}; there are: {there}") from error
+        raise SurveyError(f"{root}: the site has no floor {number}; it has: {there}") from error
 
 
 def _site_floor(
@@ -311,7 +313,7 @@ def _site_floor(
 
 
 def _widths(landmark_file: Path) -> dict[str, float]:
-    """Width of the image of each landmark by its id, metres, where the file has a column ``width_m``."""
+    """Width of each landmark's image by id, metres, if the file has a column ``width_m``."""
     table = read_csv(landmark_file, infer_schema=False, truncate_ragged_lines=True)
     if "width_m" not in table.columns:
         return {}
@@ -320,9 +322,9 @@ def _widths(landmark_file: Path) -> dict[str, float]:
 
 
 def copied_site_files(root: Path, building: SimulatedBuilding, files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """A survey's own site files with the site's ``site.toml``, where it has one, and its plans.
+    """Return a survey's own site files, with the site's ``site.toml``, if it has one, and its plans.
 
-    Raises OSError where one cannot be read.
+    Raises OSError if one cannot be read.
     """
     described = has_site_file(root)
     taken = {path: text for path, text in files.items() if not (described and path == FLOOR_FILE)}

@@ -1,4 +1,4 @@
-"""A total station that follows the phone's prism: its own frame, its own wall clock, gaps where it sees nothing."""
+"""A total station that follows the phone's prism, with its own frame, its own wall clock, and gaps in its view."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.simulation.model import SimulatedFloor, TrueWalk, count_crossings, position_at
 
 _CORRIDOR_M = 2.5
-"""Nodes nearer than this to the line between the reference points lie in their corridor."""
+"""Nodes within this distance from the line between the reference points are in their corridor."""
 
 
 @dataclass(frozen=True)
@@ -20,14 +20,14 @@ class StationSettings:
     rate_hz: float = 10.0
     noise_m: float = 0.005
     blocked_share: float = 0.05
-    """Share of the time that something stands in the line of sight, in stretches."""
+    """Share of the time in which something blocks the line of sight, in stretches."""
     blocked_s: float = 2.0
     """Length of such a stretch, seconds."""
 
 
 @dataclass(frozen=True)
 class StationSetup:
-    """Where it stands: ``position_bcs`` (2,) metres; its frame is turned by ``heading_rad`` against the BCS."""
+    """Position of the station: ``position_bcs`` (2,) metres; its frame is turned by ``heading_rad`` against the BCS."""
 
     position_bcs: FloatArray
     heading_rad: float
@@ -47,7 +47,7 @@ class TimedPoints:
 
 
 def place_station(floor: SimulatedFloor, reference: FloatArray, rng: np.random.Generator) -> StationSetup:
-    """Stand at the node that sees most nodes of the corridor between two reference points (2, 2), metres.
+    """Place the station at the node that sees most nodes of the corridor between two reference points (2, 2), metres.
 
     Ties go to the first node; the frame's heading is drawn.
     """
@@ -68,7 +68,7 @@ def _distance_to_segment(points: FloatArray, segment: FloatArray) -> FloatArray:
 def simulate_station(
     walk: TrueWalk, floor: SimulatedFloor, setup: StationSetup, settings: StationSettings, rng: np.random.Generator
 ) -> TimedPoints:
-    """Measure the prism (taken to be at the camera) wherever no wall and nobody stands between."""
+    """Measure the prism (at the camera's position) unless a wall or a person blocks the view."""
     step_ns = int(1e9 / settings.rate_hz)
     time_ns = np.arange(walk.time_ns[0] + int(rng.integers(0, step_ns)), walk.time_ns[-1], step_ns)
     time_ns = time_ns + rng.integers(-step_ns // 20, step_ns // 20, len(time_ns))
@@ -82,12 +82,12 @@ def simulate_station(
 def shoot_points(
     setup: StationSetup, points_bcs: FloatArray, settings: StationSettings, rng: np.random.Generator
 ) -> FloatArray:
-    """Single shots of fixed points (k, 2): their measured places in the station's frame, metres."""
+    """Shoot fixed points (k, 2) once each; return their measured positions in the station's frame, metres."""
     return np.asarray(setup.local(points_bcs) + rng.normal(0, settings.noise_m, points_bcs.shape))
 
 
 def _blocked(time_ns: IntArray, settings: StationSettings, rng: np.random.Generator) -> BoolArray:
-    """(k,) mask of the stretches in which a person stands in the line of sight."""
+    """(k,) mask of the stretches in which a person blocks the line of sight."""
     duration_s = (time_ns[-1] - time_ns[0]) / 1e9
     starts = rng.uniform(0, duration_s, rng.poisson(settings.blocked_share * duration_s / settings.blocked_s))
     seconds = (time_ns - time_ns[0]) / 1e9

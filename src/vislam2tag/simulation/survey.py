@@ -1,4 +1,4 @@
-"""Simulating a whole survey into a folder: the raw files of every session, the site's files and the truth."""
+"""Write a simulated survey into a folder: the raw files of every session, the site's files and the truth."""
 
 from __future__ import annotations
 
@@ -46,34 +46,34 @@ from vislam2tag.simulation.walk import make_walk
 from vislam2tag.site.model import SessionKey
 
 STALE_SHARE = 0.04
-"""Share of lost access points whose row is repeated at severity 1."""
+"""Share of access points that are no longer heard and whose row is repeated at severity 1."""
 STATION_FILE = "tachymeter/20220214_Tracking.csv"
 SCRIPT_FILE = "script.txt"
 PLAN_FILE = "floorplan.jpg"
 BESIDE = ("truth", "station", "fixes")
 """Roles of files that no phone writes."""
 TRACKED = ("poses.csv", "initPoses.csv", "CameraPose.csv", "LandmarkPose.csv", "AnchorPose.csv")
-"""What a phone without tracker does not write."""
+"""Files that a phone without tracker does not write."""
 STATION_DAY_NS = 1_644_796_800_000_000_000
 """2022-02-14 00:00, the date in that file's name."""
 
 
 @dataclass(frozen=True)
 class WritingOptions:
-    """How a simulated survey is written, and what is wrong with it."""
+    """Options for writing a simulated survey."""
 
     locale: Locale = Locale.MIXED
     paper_names: bool = False
-    """CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
+    """Name files CameraPose.csv, LandmarkPose.csv, Sensors.csv and WiFi.csv instead of the published names."""
     traps: frozenset[str] = frozenset()
-    """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each holds for the whole survey."""
+    """Names of :data:`~vislam2tag.simulation.traps.TRAP_FINDINGS`; each trap applies to the whole survey."""
     columns: frozenset[SiteColumn] = frozenset()
     """Optional columns of the site's files."""
     layout: SessionLayout = SessionLayout.PUBLISHED
     without_poses: bool = False
-    """Whether the phones have no tracker: known positions are written in place of poses and landmarks."""
+    """Whether the phones have no tracker: files contain known positions instead of poses and landmarks."""
     scripts: bool = False
-    """Whether ``script.txt`` beside each session in the phone app's format tells what the phone saw."""
+    """Whether each session in the phone app's format has a ``script.txt`` with the phone's input."""
 
 
 def simulate(
@@ -84,15 +84,18 @@ def simulate(
 ) -> None:
     """Write a survey of the scenario into ``out``, which must be new or empty.
 
-    ``progress`` is called after each session with its key. The same scenario and options give the same bytes. Raises
-    OutputError where ``out`` holds something or cannot be written, UsageError for an unknown trap, or one that the
-    phone app's layout cannot hold.
+    ``progress`` is called after each session with its key. The same scenario and options give the same bytes.
+
+    Raises OutputError if ``out`` is not empty or cannot be written, and UsageError for an unknown trap, or a trap that
+    is impossible in the phone app's layout.
     """
     out = Path(out)
     chosen = options or WritingOptions()
     check_traps(chosen.traps)
     if chosen.layout is SessionLayout.PHONE and not chosen.traps <= SITE_TRAPS.keys():
-        raise UsageError("sessions in the phone app's format have no traps, only the site's files do")
+        raise UsageError(
+            "sessions in the phone app's format cannot have traps; only traps of the site's files are possible"
+        )
     try:
         _check_empty(out)
         folder = Folder.at(out)
@@ -120,7 +123,7 @@ def simulate_session(
     locale: Locale = Locale.MIXED,
     beacons: Beacons | None = None,
 ) -> SimulatedSession:
-    """Simulate one session; its random numbers depend on the scenario's seed and the session's key alone."""
+    """Simulate one session. Its random numbers depend only on the scenario's seed and the session's key."""
     seed = scenario.seed
     floor = scenario.building.floor(planned.key.floor)
     device = make_device(planned.key.device, locale, seed)
@@ -150,12 +153,12 @@ def simulate_session(
 
 
 def _station(floor: SimulatedFloor, seed: int) -> StationSetup:
-    """Set the station up in the corridor of its reference landmarks, where the floor has them."""
+    """Set the station up in the corridor of its reference landmarks, if the floor has them."""
     return place_station(floor, _reference_points(floor), stream(seed, "station", floor.number))
 
 
 def _reference_points(floor: SimulatedFloor) -> FloatArray:
-    """BCS positions (2, 2) of the landmarks that the station shoots; the first and last where ids differ."""
+    """BCS positions (2, 2) of the landmarks that the station shoots; the first and last if ids differ."""
     ids = floor.landmark_ids
     known = [ids.index(name) for name in STATION_LANDMARKS if name in ids]
     return floor.landmark_position[known if len(known) == 2 else [0, -1], :2]
@@ -163,11 +166,11 @@ def _reference_points(floor: SimulatedFloor) -> FloatArray:
 
 def _check_empty(out: Path) -> None:
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out}: exists and is not an empty folder; name a new one or empty it")
+        raise OutputError(f"{out}: the folder already exists and is not empty; choose a new one or empty it")
 
 
 def _write_site(scenario: Scenario, out: Folder, options: WritingOptions) -> None:
-    """Write the files of the building, ``simulation.json`` and, where one is used, the station's own shots."""
+    """Write the files of the building, ``simulation.json`` and, if a station is used, its own shots."""
     building = scenario.building
     presses = any(planned.presses for planned in scenario.sessions)
     files = site_text(building, presses, options.columns, scenario.place_seed)
@@ -196,7 +199,7 @@ def _station_shots(floor: SimulatedFloor, seed: int) -> bytes:
 
 
 def _description(scenario: Scenario, options: WritingOptions) -> bytes:
-    """What was simulated, for the reader of the folder; nothing reads it back."""
+    """Description of the simulation for the reader of the folder; no program reads it."""
     building = scenario.settings and scenario.settings.model_dump(mode="json", exclude_defaults=True)
     chosen = {
         "columns": sorted(options.columns),
@@ -231,7 +234,7 @@ def _resolved(planned: PlannedSession) -> dict[str, object]:
 
 
 NO_COLONS = os.name == "nt"
-"""The published names of sessions hold colons, which file names on Windows cannot."""
+"""The published names of sessions contain colons, which are impossible in file names on Windows."""
 
 
 def _session_files(

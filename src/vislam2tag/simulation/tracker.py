@@ -1,10 +1,10 @@
-"""The AR tracker: from a true walk to the poses it logs, by way of the map that it makes.
+"""The AR tracker, from a true walk to the logged poses, with the map that it builds.
 
 Frames: dead reckoning in its own frame, the map built on it (:class:`Mapper`), re-expressions of that map, and the
-tracker's coordinates (ACS: y up, horizontal plane ``(x, -z)``).
-The camera is ``turn * odometry + shift`` with a turn and shift that change only at events; an anchor changes when its
-landmark is seen, or when a loop correction moves it, all in the complex plane. The anchors that the phone app sets
-(docs/reference/phone-tables.md) are carried by the finished map.
+tracker's coordinates (ACS: y up, horizontal plane ``(x, -z)``). All is in the complex plane. The camera is
+``turn * odometry + shift``, with a turn and a shift that change only at events. An anchor changes when its landmark is
+seen, or when a loop correction moves it. The finished map carries the anchors that the phone app sets
+(docs/reference/phone-tables.md).
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ from vislam2tag.simulation.tracker_faults import CameraJump, FaultPlan, plan_fau
 UNSEEN_S = 10.0
 """A landmark seen again after this long is a revisit."""
 RELOCALISE_M = 2.0
-"""A revisit that finds the camera farther off than this relocalises it outright."""
+"""A revisit with a larger error of the camera relocalises it at once."""
 RESUME_M = 0.3
 """Displacement of the camera when tracking is found again, per axis."""
 
 
 @dataclass(frozen=True)
 class MapLog:
-    """What the map says at each of ``f`` frames: the camera, and ``m`` landmarks (NaN before they are known)."""
+    """State of the map at each of ``f`` frames: the camera, and ``m`` landmarks (NaN before they are known)."""
 
     camera: ComplexArray
     turn: ComplexArray
@@ -50,7 +50,7 @@ class MapLog:
 
 
 class Mapper:
-    """Goes through one walk from event to event and fills its :class:`MapLog`."""
+    """Processes one walk from event to event and fills its :class:`MapLog`."""
 
     def __init__(
         self, odometry: DeadReckoning, sightings: Sightings, settings: TrackerSettings, rng: np.random.Generator
@@ -153,7 +153,7 @@ class Mapper:
         self._note(frame, "relocalise", float(abs(self._camera(here)[0] - before)))
 
     def _resume(self, frame: int) -> None:
-        """Find tracking again, a little off."""
+        """Resume tracking after a loss, with a small displacement."""
         spread = self._settings.severity * RESUME_M
         jump = complex(*self._rng.normal(0, spread, 2))
         pivot = complex(self._camera(slice(frame, frame + 1))[0])
@@ -187,11 +187,11 @@ class Mapper:
 
 
 APART_M = 5.0
-"""An anchor is set where the camera is this far from the newest one, in space."""
+"""A new anchor is set if the camera is this far from the newest one, in space."""
 FOLLOWED = 8
-"""The newest ones, this many, are logged at each frame."""
+"""Number of the newest anchors that are logged at each frame."""
 LEAST_CARRIED, MOST_CARRIED = 0.6, 1.2
-"""A loop correction moves points of its age by between these shares, as it does landmarks."""
+"""Range of the share by which a loop correction moves points of its age, as for landmarks."""
 
 
 def set_anchors(tracker: TrackerLog, motion: MapMotion, rng: np.random.Generator) -> AnchorLog:
@@ -267,7 +267,7 @@ def track(
     rng: np.random.Generator,
     fault_quantile: float | None = None,
 ) -> TrackerLog:
-    """Log a walk as the tracker would; ``fault_quantile`` (0 best to 1 worst) ranks it, drawn where None."""
+    """Log a walk as the tracker would; ``fault_quantile`` (0 best to 1 worst) is its rank, random if None."""
     quantile = float(rng.uniform()) if fault_quantile is None else fault_quantile
     settings = of_rank(settings, quantile)
     frames = expose(walk, settings, rng)
@@ -301,14 +301,14 @@ def track(
 
 
 def of_rank(settings: TrackerSettings, quantile: float) -> TrackerSettings:
-    """Scale drift and sighting errors with the session's rank: some phones, halls and hands are better than others."""
+    """Scale drift and sighting errors by the session's rank, because phones, halls and hands differ."""
     factor = 0.6 + 0.8 * quantile
     drifting = ("sighting_bias_m", "heading_drift_rad", "turning_drift", "scale_sigma", "position_drift_m")
     return settings.model_copy(update={name: factor * getattr(settings, name) for name in drifting})
 
 
 def _reexpress(mapped: MapLog, odometry: DeadReckoning, faults: FaultPlan) -> tuple[MapLog, ComplexArray, ComplexArray]:
-    """Apply the map updates: camera and landmarks are moved together; also returns the factor and shift (f,) of it."""
+    """Apply the map updates, which move camera and landmarks together; also return the factor and shift (f,)."""
     whole, moved = np.ones_like(mapped.camera), np.zeros_like(mapped.camera)
     camera, turn, anchor = mapped.camera.copy(), mapped.turn.copy(), mapped.anchor.copy()
     heading = mapped.heading.copy()
@@ -343,7 +343,7 @@ def _to_acs(plane: ComplexArray, height: FloatArray) -> FloatArray:
 
 
 def _about_vertical(angle: FloatArray) -> FloatArray:
-    """Quaternions (..., 4) of rotations about the ACS's y axis: anticlockwise in the plane ``(x, -z)``."""
+    """Quaternions (..., 4) of rotations about the ACS's y axis: counter-clockwise in the plane ``(x, -z)``."""
     zero = np.zeros_like(angle)
     return np.stack((zero, np.sin(angle / 2), zero, np.cos(angle / 2)), axis=-1)
 
@@ -360,7 +360,7 @@ def _about(mask: BoolArray, reach: int) -> BoolArray:
 
 
 def _last_tracked(lost: BoolArray) -> IntArray:
-    """For each frame (f,) the last one with tracking: the camera's pose is held while there is none."""
+    """For each frame (f,) the last frame with tracking, because the camera's pose is constant during a loss."""
     frame = np.where(lost, 0, np.arange(len(lost)))
     return np.maximum.accumulate(frame)
 
@@ -370,7 +370,7 @@ def _landmark_log(
 ) -> tuple[LandmarkLog, IntArray]:
     """Rows of every known landmark at every frame; the camera's own pose while tracking is lost.
 
-    Also returns the column (k,) of the map that each row is of.
+    Also returns the map column (k,) of each row.
     """
     known = ~np.isnan(mapped.height)
     first = np.where(known.any(axis=0), known.argmax(axis=0), len(known))

@@ -1,4 +1,4 @@
-"""What the tracker's camera sees and senses: exposed frames, dead reckoning that drifts, and the landmarks in view."""
+"""What the tracker's camera measures: exposed frames, dead reckoning with drift, and the landmarks in view."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class CameraFrames:
     """(f, 3) unit vector along the camera's axis, BCS."""
     speed: FloatArray
     blocked: BoolArray
-    """(f,) somebody is in the camera's view."""
+    """(f,) whether someone is in the camera's view."""
     unseen: FloatArray
     """(f,) part of the height that was gained in lifts, metres."""
 
@@ -38,7 +38,7 @@ class CameraFrames:
 class DeadReckoning:
     """Dead reckoning without any map: camera ``plane`` (f,), complex metres, and the local similarity from the BCS.
 
-    ``factor`` (f,) is the scale times the rotation by which a true displacement near frame i appears in this frame.
+    ``factor`` (f,) is the scale times the rotation that turns a true displacement near frame i into this frame.
     """
 
     plane: ComplexArray
@@ -47,7 +47,7 @@ class DeadReckoning:
 
 
 def expose(walk: TrueWalk, settings: TrackerSettings, rng: np.random.Generator) -> CameraFrames:
-    """Sample a walk at the camera's frames; stamps come later by the pose lag and its jitter."""
+    """Sample a walk at the camera's frames; time stamps are late by the pose lag, with jitter."""
     last = (walk.time_ns[-1] - walk.time_ns[0]) * 1e-9 - settings.pose_lag_s - 6 * settings.frame_jitter_s
     count = int(last * settings.frame_rate_hz)
     ticks = np.arange(count) / settings.frame_rate_hz
@@ -97,7 +97,7 @@ def dead_reckon(frames: CameraFrames, settings: TrackerSettings, rng: np.random.
 
 
 def _wander(count: int, forget: float, rng: np.random.Generator) -> FloatArray:
-    """First-order Gauss-Markov noise (count,) of unit variance that forgets a share ``forget`` a frame."""
+    """First-order Gauss-Markov noise (count,) of unit variance that loses a share ``forget`` in each frame."""
     keep = np.exp(-max(forget, 1e-6))
     start = rng.standard_normal()
     drive = np.sqrt(1 - keep * keep) * rng.standard_normal(count)
@@ -106,14 +106,14 @@ def _wander(count: int, forget: float, rng: np.random.Generator) -> FloatArray:
 
 
 DETECTION_M = 2.0
-"""A sheet is first recognised within this distance; later it is followed farther."""
+"""Distance of the first recognition of a sheet; later it is followed from farther away."""
 START_UP_S = 1.0
 """The tracker recognises nothing before this time, seconds."""
 
 
 @dataclass(frozen=True)
 class Sightings:
-    """Estimates relative to the camera, (f, m) each, in BCS axes; only those where ``seen`` mean anything."""
+    """Estimates relative to the camera, (f, m) each, in BCS axes, valid only if ``seen``."""
 
     seen: BoolArray
     offset: ComplexArray
@@ -129,8 +129,8 @@ class Sightings:
 def sight(
     frames: CameraFrames, floor: SimulatedFloor, lost: BoolArray, settings: TrackerSettings, rng: np.random.Generator
 ) -> Sightings:
-    """See the sheets in view but in ``lost`` (f,) frames; each pass has its own bias, each frame its own noise, both
-    growing with distance.
+    """Simulate sightings of the sheets in view, except in ``lost`` (f,) frames. Each pass has its own bias, each frame
+    its own noise, and both grow with distance.
     """
     sheets = floor.landmark_position
     offset = (sheets[:, 0] + 1j * sheets[:, 1]) - frames.plane[:, None]
@@ -167,7 +167,7 @@ def _in_view(
     distance: FloatArray,
     settings: TrackerSettings,
 ) -> BoolArray:
-    """Tell (f, m) which sheets are near enough, in the field of view and not too oblique."""
+    """Return (f, m) which sheets are close enough, in the field of view and not too oblique."""
     ahead = (
         offset.real * frames.looking[:, :1] + offset.imag * frames.looking[:, 1:2] + up * frames.looking[:, 2:]
     ) / distance
@@ -182,7 +182,7 @@ def _in_view(
 
 
 def _reach(floor: SimulatedFloor) -> FloatArray:
-    """How many times farther than an A4 sheet each landmark (m,) is recognised."""
+    """Recognition distance of each landmark (m,) as a multiple of that of an A4 sheet."""
     return floor.sheet_reach if len(floor.sheet_reach) else np.ones(len(floor.landmark_ids))
 
 

@@ -1,6 +1,6 @@
-"""What goes wrong with a tracker on one walk, and how badly: planned from the session's rank among all.
+"""Faults of a tracker on one walk, planned from the session's rank among all.
 
-On stairs and in lifts further faults are added.
+Stairs and lifts add more faults.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from vislam2tag.simulation.tracker_camera import RUNNING_M_S, CameraFrames
 FAULTY_SHARE = 0.5
 """Share of the sessions with a fault at severity 1."""
 REEXPRESSED = 0.5
-"""From this badness on the tracker re-expresses its whole map far away once (a quarter of the sessions)."""
+"""From this level on the tracker re-expresses its whole map far away once (a quarter of the sessions)."""
 COMES_BACK = 0.5
 """From this rank among the re-expressed sessions on the tracker later joins the new map to the old one."""
 ONE_RUN_S = 15.0
 """Speeding up again within this time belongs to the same run."""
 NOMINAL_S = 180.0
-"""Numbers of faults are for a walk of this duration; longer walks see more."""
+"""Duration for which numbers of faults are given; longer walks have more."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class CameraJump:
 class MapUpdate:
     """Camera and landmarks are re-expressed together: turned and scaled about the camera, then shifted.
 
-    ``factor`` and ``shift`` (metres, BCS axes) are complex. Frame ``until`` is again in the frame of before; None
-    where the update lasts.
+    ``factor`` and ``shift`` (metres, BCS axes) are complex. Frame ``until`` is again in the earlier frame; None if the
+    update is permanent.
     """
 
     frame: int
@@ -66,9 +66,9 @@ class FaultPlan:
         return np.asarray(inside.any(axis=1))
 
     def postponed(self, busy: BoolArray) -> FaultPlan:
-        """Put off jumps to the next frame that is not ``busy`` (f,); a break ends when the next busy stretch begins.
+        """Move jumps to the next frame that is not ``busy`` (f,); a break ends when the next busy stretch begins.
 
-        Busy are the frames with a sheet in view: it holds the tracker, or lets it relocalise.
+        Frames with a sheet in view are busy, because the sheet stabilises or relocalises the tracker.
         """
         count = len(busy)
         free, taken = np.flatnonzero(np.append(~busy, True)), np.flatnonzero(np.append(busy, True))
@@ -91,7 +91,7 @@ class FaultPlan:
 
 
 def fault_level(quantile: float, severity: float) -> float:
-    """How badly a session of this rank is tracked, 0 to 1: nothing happens to the better half at severity 1."""
+    """Fault level of a session of this rank, 0 to 1; the better half has no faults at severity 1."""
     share = min(1.0, FAULTY_SHARE * severity)
     return 0.0 if share == 0 else max(0.0, 1 - (1 - quantile) / share)
 
@@ -99,7 +99,7 @@ def fault_level(quantile: float, severity: float) -> float:
 def plan_faults(
     frames: CameraFrames, settings: TrackerSettings, quantile: float, rng: np.random.Generator
 ) -> FaultPlan:
-    """Draw the faults of one walk; people in the view and running say where they happen."""
+    """Draw the faults of one walk; people in view and running determine when they occur."""
     badness = fault_level(quantile, settings.severity)
     count = len(frames.plane)
     longer = count / settings.frame_rate_hz / NOMINAL_S
@@ -126,16 +126,16 @@ def _small_updates(count: int, settings: TrackerSettings, rng: np.random.Generat
 
 
 def _reexpression(frames: CameraFrames, rank: float, settings: TrackerSettings, rng: np.random.Generator) -> MapUpdate:
-    """A new origin and heading, tens of metres away; the higher the rank, the farther.
+    """Draw a new origin and heading, tens of metres away; higher ranks get larger distances.
 
-    The tracker has begun a new map. In the upper half of ranks it joins it to the old one later and comes back, so
-    that the landmarks' medians stay in the old frame and a part of the walk lies far off it.
+    The tracker has begun a new map. In the upper half of ranks it later joins this map to the old one and returns.
+    The landmarks' medians then stay in the old frame, and part of the walk is far from it.
     """
     count = len(frames.plane)
     distance = settings.severity * float(np.interp(rank**2, (0, 1), settings.reexpression_m))
     frame = int(count * rng.uniform(0.4, 0.5))
-    # Away from the walk's middle, so that the size of the errors does not hang on which way the building is long; a
-    # small shift goes ahead, where it cannot bring two landmarks together.
+    # Away from the walk's middle, so that the size of the errors does not depend on the orientation of the building; a
+    # small shift goes forward, because it cannot bring two landmarks together there.
     lasts = rank < COMES_BACK
     aside = _ahead(frames, frame) if lasts else frames.plane[frame] - frames.plane.mean()
     shift = distance * aside / max(abs(aside), 1e-3)
@@ -145,7 +145,7 @@ def _reexpression(frames: CameraFrames, rank: float, settings: TrackerSettings, 
 
 
 def _lost_runs(frames: CameraFrames, number: int, settings: TrackerSettings, rng: np.random.Generator) -> IntArray:
-    """Runs without tracking (l, 2), a few seconds each, where somebody blocks the view if anybody does."""
+    """Runs without tracking (l, 2), a few seconds each, at times when someone blocks the view, if possible."""
     start = _spread(len(frames.plane), number, rng)
     entries = np.flatnonzero(np.diff(frames.blocked.astype(np.int8)) == 1)[:number]
     start[: len(entries)] = entries + 1
@@ -157,7 +157,7 @@ def _lost_runs(frames: CameraFrames, number: int, settings: TrackerSettings, rng
 def _breaks(
     frames: CameraFrames, number: int, badness: float, settings: TrackerSettings, rng: np.random.Generator
 ) -> tuple[CameraJump, ...]:
-    """Jumps of the camera alone, metres away to a side, and back some seconds later. Every run causes one."""
+    """Sideways jumps of the camera alone by some metres, and back after some seconds. Every run causes one."""
     running = frames.speed > RUNNING_M_S
     starts = np.flatnonzero(np.diff(running.astype(np.int8)) == 1)
     starts = starts[np.diff(starts, prepend=-np.inf) > ONE_RUN_S * settings.frame_rate_hz]
@@ -188,9 +188,9 @@ def _spread(count: int, number: int, rng: np.random.Generator) -> IntArray:
 LOST_SHARE = 0.7
 """Share of the rides after which tracking is lost when the doors open; the camera jumps after the others."""
 AFTER_RIDE_S = (0.5, 3.0)
-"""Tracking is lost from the ride's end on for so long."""
+"""Duration of the tracking loss after a ride."""
 JUMP_M = 3.0
-"""Jump of the camera, per axis, where tracking is not lost; it jumps back some seconds later."""
+"""Camera jump, per axis, if tracking is not lost; it is reversed after some seconds."""
 JUMP_BACK_S = (3.0, 8.0)
 CLIMBED_SIGMA = 0.02
 """Relative error of the height climbed on one walk."""
@@ -201,7 +201,7 @@ UPDATE_M, BREAK_M, FOUND_M = 0.08, 1.0, 0.1
 def with_rides(
     faults: FaultPlan, walk: TrueWalk, frames: CameraFrames, settings: TrackerSettings, rng: np.random.Generator
 ) -> FaultPlan:
-    """Add what happens when the walker leaves a lift: tracking is lost, or the camera jumps."""
+    """Add faults at the end of lift rides: tracking is lost, or the camera jumps."""
     if settings.severity == 0:
         return faults
     lost, breaks, last = [faults.lost], list(faults.breaks), len(frames.plane) - 1
@@ -226,7 +226,7 @@ def vertical_errors(
 ) -> tuple[FloatArray, FloatArray]:
     """Draw the vertical part of a walk's faults, and the error of the height climbed.
 
-    What is added to heights at each frame (f,), metres: to the camera and what it sees then, and to everything.
+    Returns additions to heights at each frame (f,), metres: to the camera and what it sees then, and to everything.
     """
     count, severity = len(frames.plane), settings.severity
     seen = frames.height - frames.unseen

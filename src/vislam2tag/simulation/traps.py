@@ -1,4 +1,4 @@
-"""Traps of the raw layout: made in a session's tables or in the text of its files, or site files that are left out."""
+"""Traps of the raw layout: faults in a session's tables or in the text of its files, and missing site files."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from vislam2tag.simulation.raw_files import SessionText
 from vislam2tag.simulation.settings import TRAP_FINDINGS
 
 OTHER_BASE_NS = 1_640_000_000_000_000_000
-"""Wall clock (Unix time, end of 2021) minus boot clock, about: what some phones stamp sensors with."""
+"""Approximate wall clock (Unix time, end of 2021) minus boot clock, which some phones use for sensor time stamps."""
 GAP_S = 3.0
 LOST_S = 2.0
 POSE_LAG_S = 0.3
 SCANS_SKIPPED = 8
-"""One scan in this many is left by throttling: about one in half a minute."""
+"""With throttling only one scan in this many remains, about one in half a minute."""
 RAISED_M = 2.5
 UNLISTED_ID = "9999"
 
 
 _InTables: TypeAlias = Callable[[SimulatedSession], SimulatedSession]
 _InText: TypeAlias = Callable[[bytes], bytes | None]
-"""What a trap makes of a file; None: the file is missing."""
+"""Turns a file into its faulty version; None: the file is missing."""
 
 
 def _other_clock(session: SimulatedSession) -> SimulatedSession:
@@ -39,7 +39,7 @@ def _other_clock(session: SimulatedSession) -> SimulatedSession:
 
 
 def _non_finite(session: SimulatedSession) -> SimulatedSession:
-    """A few frames and sensor rows have a value that is no number, or infinite."""
+    """Give a few frames and sensor rows a value that is NaN or infinite."""
     position, values = session.tracker.position_acs.copy(), session.imu.values.copy()
     position[len(position) // 3 :: 400, 0] = np.nan
     values[100::5000, 0] = np.inf
@@ -52,7 +52,7 @@ def _in_wifi(change: Callable[[WifiLog], WifiLog]) -> _InTables:
 
 
 def _stale_wifi(wifi: WifiLog) -> WifiLog:
-    """Every fifth row comes again in the next scan."""
+    """Repeat every fifth row in the next scan."""
     again = np.flatnonzero(wifi.scan < wifi.scan.max(initial=0))[::5]
     source = np.concatenate((np.arange(len(wifi.scan)), again))
     scan = np.concatenate((wifi.scan, wifi.scan[again] + 1))
@@ -73,7 +73,7 @@ def _in_landmarks(change: Callable[[LandmarkLog], LandmarkLog]) -> _InTables:
 
 
 def _tracking_lost(tracker: TrackerLog) -> TrackerLog:
-    """All landmarks take the camera's pose for a while in the middle of the walk."""
+    """Give all landmarks the camera's pose for a while in the middle of the walk."""
     log = tracker.landmarks
     since_s = _since_middle_s(tracker)[log.frame]
     lost = (since_s >= 0) & (since_s < LOST_S)
@@ -87,12 +87,12 @@ def _tracking_lost(tracker: TrackerLog) -> TrackerLog:
 
 
 def _unknown_landmark(log: LandmarkLog) -> LandmarkLog:
-    """The landmark seen last bears an id that marker_dict.csv does not list."""
+    """Give the landmark seen last an id that is not in marker_dict.csv."""
     return replace(log, ids=(*log.ids[:-1], UNLISTED_ID))
 
 
 def _high_landmark(log: LandmarkLog) -> LandmarkLog:
-    """The landmark seen last hangs far above the camera."""
+    """Move the landmark seen last far above the camera."""
     raised = (log.landmark == len(log.ids) - 1) & ~log.lost
     return replace(log, position_acs=log.position_acs + np.outer(raised, (0.0, RAISED_M, 0.0)))
 
@@ -162,7 +162,7 @@ def _swap_marks_in_second_half(content: bytes) -> bytes:
 
 
 def _cut_last_line(content: bytes) -> bytes:
-    """The file ends in the middle of a line."""
+    """Cut the file in the middle of its last line."""
     start = content.rfind(b"\n", 0, max(len(content) - 1, 0)) + 1
     return content[: (start + len(content)) // 2]
 
@@ -189,7 +189,7 @@ def _with_some_repeated(lines: list[bytes]) -> Iterator[bytes]:
 
 
 def _with_some_swapped(lines: list[bytes]) -> list[bytes]:
-    """Now and then two neighbouring lines change places."""
+    """Exchange some neighbouring lines."""
     for row in range(50, len(lines) - 1, SPACING):
         lines[row], lines[row + 1] = lines[row + 1], lines[row]
     return lines
@@ -222,15 +222,15 @@ SITE_TRAPS = {
     "missing_dimensions": "floor_dimensions.csv",
     "missing_markers": "marker_dict.csv",
 }
-"""The site file that each of these traps leaves out."""
+"""The site file that each of these traps removes."""
 
 
 def check_traps(names: Iterable[str]) -> frozenset[str]:
-    """Return the names as a set; raises UsageError for one that is no trap."""
+    """Return the names as a set; raises UsageError for an unknown trap."""
     traps = frozenset(names)
     unknown = sorted(traps - TRAP_FINDINGS.keys())
     if unknown:
-        raise UsageError(f"no such trap: {', '.join(unknown)}; known: {', '.join(TRAP_FINDINGS)}")
+        raise UsageError(f"no such trap: {', '.join(unknown)}; traps are: {', '.join(TRAP_FINDINGS)}")
     return traps
 
 
@@ -252,5 +252,5 @@ def trap_text(text: SessionText, traps: frozenset[str]) -> SessionText:
 
 
 def left_out(path: str, traps: frozenset[str]) -> bool:
-    """Tell whether a trap leaves out the site file at this path."""
+    """Return whether a trap removes the site file at this path."""
     return any(path.endswith(name) for trap, name in SITE_TRAPS.items() if trap in traps)

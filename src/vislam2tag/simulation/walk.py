@@ -1,4 +1,4 @@
-"""True walks through a building: speed over time, steps, where the phone points, stairs and lifts."""
+"""True walks through a building: speed, steps, orientation of the phone, stairs and lifts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STAIRS_SPEED = 0.6
 LIFT_M_PER_S = 0.7
 """Mean speed of a lift."""
 DOORS_S = 7.0
-"""Standing in the lift while it stands, too."""
+"""Time for which a lift stands with open doors."""
 PITCH_RAD = -0.3
 """The phone's camera looks down a little while walking."""
 
@@ -37,7 +37,7 @@ def walk_along(
 ) -> FloatArray:
     """Walk a path: the distance along it (n,) at :data:`RATE_HZ`; ``runs_m`` (r, 3) are runs: start, end, speed.
 
-    Distance is the path's own parameter, which slows where corners are rounded and stops where the way turns back.
+    Distance is the path's own parameter. It slows at rounded corners and stops at points where the path turns back.
     """
     along = np.arange(len(path.points), dtype=np.float64) * STEP_M
     speed = _speed_on_path(path, along, settings, rng)
@@ -67,12 +67,12 @@ def _speed_on_path(path: WalkPath, along: FloatArray, settings: WalkSettings, rn
 
 
 def lift_seconds(rise_m: FloatArray) -> FloatArray:
-    """How long lifts (r,) take to rise (or sink) so far, doors excepted."""
+    """Duration of lift rides (r,) over this rise, without doors."""
     return np.asarray(np.abs(rise_m) / LIFT_M_PER_S)
 
 
 def _dwell(time: FloatArray, path: WalkPath, settings: WalkSettings, rng: np.random.Generator) -> FloatArray:
-    """Seconds (p,) stood still before each sample: at the start and in pauses."""
+    """Pauses (p,) before each sample, seconds: at the start and on the way."""
     pauses = rng.poisson(settings.pauses_per_minute * time[-1] / 60)
     at = np.concatenate(([1], rng.integers(1, len(time), pauses)))
     held = np.zeros(len(time))
@@ -122,7 +122,7 @@ def look_weight(samples: int, passes: IntArray) -> FloatArray:
 
 
 def phone_orientation(yaw: FloatArray, look: FloatArray, speed: FloatArray, rng: np.random.Generator) -> FloatArray:
-    """Quaternions (n, 4) of a phone held upright whose camera looks along ``yaw``; raised where ``look`` is 1."""
+    """Quaternions (n, 4) of an upright phone whose camera looks along ``yaw``; raised if ``look`` is 1."""
     wobble = [_slow_noise(len(yaw), spread, rng) for spread in (0.03, 0.04, 0.04)]
     shake = 0.008 * np.minimum(speed, 2.0)
     phase = 2 * np.pi * STEP_HZ * np.arange(len(yaw)) / RATE_HZ
@@ -139,9 +139,9 @@ def _slow_noise(samples: int, spread: float, rng: np.random.Generator) -> FloatA
 
 
 START_NS = 40_000_000_000_000
-"""Boot-clock time of a walk's start where none is given."""
+"""Default boot-clock time of a walk's start."""
 PRESS_REACH_M = 0.8
-"""A control point farther off than this is not pressed at."""
+"""Control points farther away than this are not pressed at."""
 
 
 def make_walk(
@@ -209,7 +209,7 @@ def _runs(duration_s: float, settings: WalkSettings, rng: np.random.Generator) -
 
 
 def _reached(travelled: FloatArray, path_samples: IntArray) -> IntArray:
-    """Time samples (k,) at which the walk reaches these samples (j,) of the path; those beyond its end are left out."""
+    """Time samples (k,) at which the walk reaches these samples (j,) of the path; those beyond its end are dropped."""
     marks = path_samples * STEP_M
     return np.asarray(np.searchsorted(travelled, marks[marks < travelled[-1]]), dtype=np.int64)
 
@@ -231,7 +231,7 @@ def _turn_to_sheets(
 def _presses(
     floor: SimulatedFloor, path: WalkPath, travelled: FloatArray, plane: FloatArray
 ) -> tuple[IntArray, IntArray]:
-    """Time samples (k,) of the closest approach to each control point passed over, and the points' indices (k,)."""
+    """Time samples (k,) of the closest approach to each control point on the path, and the points' indices (k,)."""
     reached = _reached(travelled, path.point_sample)
     points = path.point[: len(reached)]
     window = round(1.5 * RATE_HZ)
@@ -244,7 +244,7 @@ def _presses(
 
 
 def _blocked(samples: int, people: int, rng: np.random.Generator) -> IntArray:
-    """Start and end samples (b, 2) of the times at which somebody blocks the view."""
+    """Start and end samples (b, 2) of the times at which someone blocks the view."""
     share = (np.arange(people) + rng.uniform(0.2, 0.8, people)) / max(people, 1)
     start = ((0.1 + 0.8 * share) * samples).astype(np.int64)
     stop = start + (rng.uniform(2.0, 5.0, people) * RATE_HZ).astype(np.int64)
@@ -252,19 +252,19 @@ def _blocked(samples: int, people: int, rng: np.random.Generator) -> IntArray:
 
 
 def _stairs_climbed(path: WalkPath, travelled: FloatArray) -> FloatArray:
-    """Height (n,) climbed by stairs when so far along a path, smooth in time."""
+    """Height (n,) climbed by stairs until this distance along a path, smooth in time."""
     rise = np.interp(travelled, np.arange(len(path.points)) * STEP_M, path.rise_m)
     return np.asarray(gaussian_filter1d(rise, 0.3 * RATE_HZ, mode="nearest"))
 
 
 def _lifts_ridden(path: WalkPath, travelled: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Height (n,) gained in lifts when so far along a path, and the rides' first and last samples (r, 2).
+    """Height (n,) gained in lifts until this distance along a path, and the rides' first and last samples (r, 2).
 
-    The lift moves off when the first half of the time for its doors has passed.
+    The lift starts after the first half of the time for its doors.
     """
     gained, rides = np.zeros(len(travelled)), []
     for sample, rise in zip(path.lift_sample.tolist(), path.lift_rise_m.tolist(), strict=True):
-        # Who stands is held between the sample before and this one.
+        # A person in the lift is between the sample before and this one.
         entered = int(np.searchsorted(travelled, (sample - 0.95) * STEP_M))
         since = (np.arange(len(travelled)) - entered) / RATE_HZ - DOORS_S / 2
         share = (since / float(lift_seconds(np.array(rise)))).clip(0, 1)

@@ -159,32 +159,32 @@ def test_heights_between_floors_and_broken_dates_are_findings(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("name", "files", "said"),
     [
-        ("uts", uts(f"100,100,{SILENT},1,2,3\n", "X,Y,Floor_ID"), "has no column Pos_x with numbers"),
-        ("uts", {}, "holds no UTS_training"),
-        ("uts", uts(name="a/UTS_test.csv") | uts(name="b/UTS_test.csv"), "holds UTS_test.csv twice"),
+        ("uts", uts(f"100,100,{SILENT},1,2,3\n", "X,Y,Floor_ID"), "no column Pos_x with numbers"),
+        ("uts", {}, "contains no UTS_training"),
+        ("uts", uts(name="a/UTS_test.csv") | uts(name="b/UTS_test.csv"), "contains UTS_test.csv twice"),
         (
             "wifine",
             wifine("train/train_4_1.csv", "-48.0,-100.0,1,0.0,,2,0.5,0"),
             r"train_4_1\.csv: line 2 has no x; expected the columns num_visible_APs, timestamp, x",
         ),
-        ("wifine", {}, r"holds no train/train_\*"),
-        ("tampere", quartet(coordinates="1,2,3.7\n"), "coordinates_21Aug17.csv: has 1 lines, expected 2"),
+        ("wifine", {}, r"contains no train/train_\*"),
+        ("tampere", quartet(coordinates="1,2,3.7\n"), "coordinates_21Aug17.csv: 1 lines, expected 2"),
         ("tampere", quartet(coordinates="1,2\n3,4\n"), r"line 1 has 2 values, expected 3 \(x, y, z\)"),
-        ("tampere", quartet(coordinates="1,2,3\n3,north,0\n"), "line 2, column y: 'north' is no number"),
-        ("tampere", quartet(device="LG\n"), "device_21Aug17.csv: has 1 lines, expected 2"),
+        ("tampere", quartet(coordinates="1,2,3\n3,north,0\n"), "line 2, column y: 'north' is not a number"),
+        ("tampere", quartet(device="LG\n"), "device_21Aug17.csv: 1 lines, expected 2"),
         (
             "tampere",
             quartet() | {"Training_rss_22Aug17.csv": ""},
-            "holds both Training_rss_21Aug17.csv and Training_rss_22Aug17.csv",
+            "contains both Training_rss_21Aug17.csv and Training_rss_22Aug17.csv",
         ),
         (
             "tampere",
             {"Training_coordinates_21Aug17.csv": "1,2,3\n"},
             "has no training rss.csv; expected rss, coordinates",
         ),
-        ("tampere", {}, "expected the Tampere quartet"),
+        ("tampere", {}, "expected the four files of the Tampere data set"),
         ("uji-library", {"01/trn01rss.csv": "-90\n", "01/trn01crd.csv": "1,2,3\n"}, r"month 01 has no trn01tms\.csv"),
-        ("uji-library", {}, "holds no MM/trnNNrss"),
+        ("uji-library", {}, "contains no MM/trnNNrss"),
     ],
 )
 def test_wrong_missing_or_double_files_are_reported(tmp_path: Path, name: str, files: Files, said: str) -> None:

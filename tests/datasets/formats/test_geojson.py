@@ -37,7 +37,7 @@ def test_metres_where_there_is_no_georeference(tmp_path: Path) -> None:
     findings = exported(dataset, "geojson", tmp_path / "out")
     read = content(tmp_path / "out")
     assert read["crs"] is None
-    assert read["frame"] == "BCS of each floor, metres; no longitude and latitude"
+    assert read["frame"] == "BCS of each floor, metres; not longitude and latitude"
     assert bounds(read) == (5.0, 10.0, 35.0, 16.0)
     assert signatures_of_geojson(tmp_path / "out") == signatures(dataset)
     assert findings[-1].kind == "no_georeference"
@@ -78,5 +78,5 @@ def test_everything_about_a_fingerprint_is_a_property(tmp_path: Path) -> None:
 
 
 def test_nothing_labelled(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="no fingerprint of it has a position"):
+    with pytest.raises(DatasetError, match="no fingerprint has a position"):
         exported(small_dataset(unlabelled=SCANS), "geojson", tmp_path / "out")

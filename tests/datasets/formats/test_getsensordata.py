@@ -95,7 +95,7 @@ def test_archives_and_folders_of_logs(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "said"),
-    [(b"hello", "holds no log"), (text(acce(1)), "no log has a POSI row")],
+    [(b"hello", "contains no log"), (text(acce(1)), "no log has a POSI row")],
 )
 def test_wrong_files_are_told(tmp_path: Path, content: bytes, said: str) -> None:
     (tmp_path / "a.txt").write_bytes(content)

@@ -223,7 +223,7 @@ def test_a_damaged_trace_is_read_or_told(tmp_path: Path) -> None:
 
 def test_no_trace(tmp_path: Path) -> None:
     (tmp_path / "readme.txt").write_text("hello")
-    with pytest.raises(DatasetError, match="holds no trace"):
+    with pytest.raises(DatasetError, match="contains no trace"):
         find_sites(tmp_path)
 
 

@@ -111,5 +111,5 @@ def test_labels_without_a_position_are_refused(labels: Path, tmp_path: Path) -> 
     shutil.copytree(labels, tmp_path / "labels")
     for file in (tmp_path / "labels" / "trajectory").iterdir():
         pl.read_parquet(file).with_columns(status=pl.lit("no_mapping")).write_parquet(file)
-    with pytest.raises(DatasetError, match="no session of it has a position"):
+    with pytest.raises(DatasetError, match="none of its sessions has a position"):
         exported(tmp_path / "labels", tmp_path / "none")

@@ -53,7 +53,7 @@ def test_each_column_is_explained(tmp_path: Path) -> None:
 def test_a_data_set_itself_is_no_export(tmp_path: Path) -> None:
     write_dataset(small_dataset(), tmp_path / "set")
     (tmp_path / "set" / "columns.csv").touch()
-    with pytest.raises(DatasetError, match="none of the formats"):
+    with pytest.raises(DatasetError, match="not in a known format"):
         import_format_of(tmp_path / "set")
 
 
@@ -61,7 +61,7 @@ def test_tables_that_another_program_rewrote(tmp_path: Path) -> None:
     exported(small_dataset(), "parquet", tmp_path / "out")
     file = tmp_path / "out" / "fingerprints.parquet"
     pl.read_parquet(file).write_parquet(file)
-    with pytest.raises(DatasetError, match="does not hold the manifest that export writes"):
+    with pytest.raises(DatasetError, match="does not contain the manifest that `export` writes"):
         imported("parquet", tmp_path / "out", tmp_path / "a")
     (tmp_path / "out" / "readings.parquet").unlink()
     with pytest.raises(DatasetError, match=r"readings.parquet: cannot be read"):

@@ -62,5 +62,5 @@ def test_a_walk_without_a_position_is_counted_and_none_is_an_error(labels: Path,
         if number == 0:
             findings = exported(tmp_path / "labels", tmp_path / "some")
             assert [(finding.kind, finding.count) for finding in findings] == [("unmapped_sessions", 1)]
-    with pytest.raises(DatasetError, match="no session of it has a position"):
+    with pytest.raises(DatasetError, match="none of its sessions has a position"):
         exported(tmp_path / "labels", tmp_path / "none")

@@ -135,7 +135,7 @@ def test_buildings_with_floors_of_the_same_number(tmp_path: Path, name: str) -> 
 
 def test_parts_of_the_chosen_split(tmp_path: Path) -> None:
     dataset = with_split(small_dataset(unlabelled=0), folds=2)
-    with pytest.raises(UsageError, match=r"has 2 folds; choose one by --fold: floor_0.Galaxy.walk/x"):
+    with pytest.raises(UsageError, match=r"has 2 folds; choose one with --fold: floor_0.Galaxy.walk/x"):
         exported(dataset, "uji", tmp_path / "a", split="by_walk")
     findings = exported(dataset, "uji", tmp_path / "b", split="by_walk", fold="floor_0.Galaxy.walk/x")
     assert [(finding.kind, finding.count) for finding in findings] == [("in_neither_part", 4)]

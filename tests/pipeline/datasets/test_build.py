@@ -268,7 +268,7 @@ def test_sources_that_cannot_be_used(survey: Path, labels: Path, built: Dataset,
     (other / "floor_dimensions.csv").write_text("id,width,height\n0,10,10\n1,60,32\n")
     unfinished = shutil.copytree(labels, tmp_path / "unfinished")
     (unfinished / "summary.json").unlink()
-    with pytest.raises(DatasetError, match="has not ended"):
+    with pytest.raises(DatasetError, match="has not finished"):
         build_dataset(unfinished, tmp_path / "set")
     damaged = shutil.copytree(labels, tmp_path / "damaged")
     next((damaged / "wifi").iterdir()).write_bytes(b"no table")
@@ -277,7 +277,7 @@ def test_sources_that_cannot_be_used(survey: Path, labels: Path, built: Dataset,
     build_dataset(labels, tmp_path / "good")
     with pytest.raises(DatasetError, match="is a data set already"):
         build_dataset(tmp_path / "good", tmp_path / "set")
-    with pytest.raises(OutputError, match="holds what `vislam2tag process` wrote"):
+    with pytest.raises(OutputError, match="contains the output of `vislam2tag process`"):
         build_dataset(tmp_path / "no survey", unfinished)
     for options, message in (
         (BuildOptions(labels=tmp_path / "kept"), "--labels: all sources are labelled"),

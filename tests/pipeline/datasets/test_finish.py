@@ -146,7 +146,7 @@ def test_another_split_of_the_name_is_not_replaced(tmp_path: Path) -> None:
         with pytest.raises(UsageError, match="use letters"):
             add_split(folder, made(name))
     assert bytes_of(folder) == before
-    with pytest.raises(DatasetError, match="is no data set"):
+    with pytest.raises(DatasetError, match="not a data set"):
         add_split(tmp_path, made())
 
 

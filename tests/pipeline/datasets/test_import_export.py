@@ -81,8 +81,8 @@ def test_name_description_and_privacy(quartet: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "error", "said"),
     [
-        (ImportOptions(format_name="ods"), UsageError, "no format called 'ods' can be read; there are: "),
-        (ImportOptions(format_name="uts"), DatasetError, "holds no UTS_training"),
+        (ImportOptions(format_name="ods"), UsageError, "no format 'ods' can be read; formats are: "),
+        (ImportOptions(format_name="uts"), DatasetError, "contains no UTS_training"),
         (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are metres already"),
     ],
 )
@@ -185,9 +185,9 @@ def test_what_is_left_out_is_recorded(sources: dict[str, Path], tmp_path: Path) 
     record = json.loads((tmp_path / "out" / RECORD_FILE).read_text())
     lost = {finding["file"]: finding["message"] for finding in record["findings"] if finding["kind"] == "left_out"}
     assert "sigma" in lost["fingerprints"]
-    assert lost["readings"] == "columns left out of readings: time_ns, floor, x, y, sigma"
-    assert lost["imu_windows"] == "the table imu_windows is left out: the format has no place for it"
-    assert lost["splits"] == "all splits but one are left out"
+    assert lost["readings"] == "columns of readings are skipped: time_ns, floor, x, y, sigma"
+    assert lost["imu_windows"] == "the table imu_windows is skipped, because the format has no place for it"
+    assert lost["splits"] == "all splits but one are skipped"
 
 
 def opted_out(folder: Path) -> Dataset:
@@ -224,11 +224,11 @@ def test_privacy_is_that_of_every_format(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "options", "said"),
     [
-        ("nope", ExportOptions(), "no format called 'nope' can be written; there are: comford, geojson, gia"),
+        ("nope", ExportOptions(), "no format 'nope' can be written; formats are: comford, geojson, gia"),
         ("geojson", ExportOptions(split="random"), "--split: means nothing to the format geojson"),
         ("uji", ExportOptions(survey=Path("x")), "--survey: means nothing to the format uji"),
-        ("uji", ExportOptions(fold="x"), "--fold x: say of which split by --split"),
-        ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; there are: "),
+        ("uji", ExportOptions(fold="x"), "--fold x: name the split of this fold with --split"),
+        ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; its splits: "),
         ("gia", ExportOptions(), "is a data set; gia is made of labels"),
     ],
 )
@@ -256,7 +256,7 @@ def test_a_failed_export_leaves_what_was_there(sources: dict[str, Path], tmp_pat
     before = bytes_of(tmp_path / "out")
     nowhere = small_dataset(unlabelled=12)
     write_dataset(nowhere, tmp_path / "nowhere")
-    with pytest.raises(DatasetError, match="no wifi fingerprint of it has a position"):
+    with pytest.raises(DatasetError, match="no wifi fingerprint has a position"):
         export(tmp_path / "nowhere", tmp_path / "out", "uji")
     assert bytes_of(tmp_path / "out") == before
     assert {path.name for path in tmp_path.iterdir()} == {"out", "nowhere"}

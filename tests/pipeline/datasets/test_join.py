@@ -53,6 +53,6 @@ def test_a_survey_that_is_there_already_brings_nothing_to_compare(sets: tuple[Pa
 
 def test_what_cannot_be_joined_leaves_nothing(sets: tuple[Path, Path], tmp_path: Path) -> None:
     (sets[1] / "dataset.json").unlink()
-    with pytest.raises(DatasetError, match="is no data set"):
+    with pytest.raises(DatasetError, match="not a data set"):
         join(*sets, tmp_path / "joined")
     assert not (tmp_path / "joined").exists()

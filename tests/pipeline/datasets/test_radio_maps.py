@@ -196,7 +196,7 @@ def test_a_foreign_folder_is_left_alone(source: Path, tmp_path: Path) -> None:
 def test_an_error_leaves_nothing(source: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="--ap nobody"):
         written_maps.write_radio_maps(source, tmp_path / "maps", SETTINGS, ("nobody",))
-    with pytest.raises(DatasetError, match="is no data set"):
+    with pytest.raises(DatasetError, match="not a data set"):
         written_maps.write_radio_maps(tmp_path, tmp_path / "maps", SETTINGS)
     assert list(tmp_path.iterdir()) == []
 

@@ -93,7 +93,7 @@ def test_labels_of_another_strategy_are_replaced_only_when_told(survey: Path, tm
     process(survey, tmp_path / "fresh")
     assert bytes_of(out) == bytes_of(tmp_path / "fresh")
     (out / "run.json").write_text(json.dumps({"program": "vislam2tag evaluate"}))
-    with pytest.raises(OutputError, match="holds what `vislam2tag evaluate` wrote; give --replace"):
+    with pytest.raises(OutputError, match="contains the output of `vislam2tag evaluate`; pass --replace"):
         process(survey, out)
     process(survey, out, replace=True)
     assert bytes_of(out) == bytes_of(tmp_path / "fresh")

@@ -219,7 +219,8 @@ def test_an_affine_map_needs_three_landmarks_off_a_line() -> None:
     (finding,) = findings("global-affine", camera, log, landmarks)
     assert finding.kind == "too_few_landmarks"
     assert (
-        "three surveyed landmarks seen that are not on one line; visited within the radius: a, b, c" in finding.message
+        "sightings of three surveyed landmarks that are not on one line; visited within the radius: a, b, c"
+        in finding.message
     )
     assert findings("global", camera, log, landmarks) == []
 
@@ -242,7 +243,10 @@ def test_the_smoother_tells_what_a_walk_lacks_and_minds_no_height() -> None:
     for known in ([], [1]):
         (finding,) = findings("smoother", camera, log, landmarks.select(known))
         assert finding.kind == "too_few_landmarks"
-        assert "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed" in finding.message
+        assert (
+            "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading"
+            in finding.message
+        )
 
 
 def test_a_walk_whose_reweighting_does_not_converge_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -91,7 +91,7 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
     assert entries["model"] == "multi-cel"
     assert '"dataset":"small"' in entries["origin"]
     assert load_model(tmp_path / "model.v2t").name == "multi-cel"
-    with pytest.raises(UsageError, match="only networks and cell-density are"):
+    with pytest.raises(UsageError, match="only networks and cell-density can"):
         trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.onnx")
     with pytest.raises(UsageError, match="is the file of --out"):
         trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.v2t")
@@ -121,5 +121,5 @@ def test_other_faults_are_told(folder: Path, tmp_path: Path) -> None:
         trained(folder, tmp_path / "absent" / "model.v2t")
     with pytest.raises(DatasetError, match="no labelled fingerprint of technology ble"):
         trained(folder, tmp_path / "model.v2t", technology="ble")
-    with pytest.raises(DatasetError, match="is no data set"):
+    with pytest.raises(DatasetError, match="not a data set"):
         trained(tmp_path, tmp_path / "model.v2t")

@@ -89,7 +89,10 @@ def test_what_another_command_wrote_goes_when_told(tmp_path: Path, file: str, re
     for folder in ("labels", "old"):
         (tmp_path / folder / OWN_FILES).write_text(nested.text())
     before = names(tmp_path)
-    with pytest.raises(OutputError, match="wrote; give --replace"), claim(tmp_path, {}, replace=False):
+    with (
+        pytest.raises(OutputError, match=r"contains the output of `vislam2tag .*; pass --replace"),
+        claim(tmp_path, {}, replace=False),
+    ):
         pass
     assert names(tmp_path) == before
     with claim(tmp_path, {}, replace=True):
@@ -145,7 +148,7 @@ def test_what_is_not_ours_stays_whatever_is_told(tmp_path: Path, record: str) ->
 def test_a_survey_stays_whatever_is_told(tmp_path: Path) -> None:
     (tmp_path / "run.json").write_text('{"program": "vislam2tag evaluate"}')
     (tmp_path / "floor_1" / "LG" / "first").mkdir(parents=True)
-    with pytest.raises(OutputError, match="holds folders of a survey"), claim(tmp_path, {}, replace=True):
+    with pytest.raises(OutputError, match="contains the floor folders of a survey"), claim(tmp_path, {}, replace=True):
         pass
     assert (tmp_path / "floor_1" / "LG" / "first").is_dir()
 

@@ -140,4 +140,4 @@ def test_the_model_leaves_them_out_and_says_so() -> None:
     swapped = replace(places, storey=np.where(np.arange(120) == 10, 1 - places.storey, places.storey))
     assert list(CellDensity().fit(scans, places).remarks()) == []
     (remark,) = CellDensity().fit(scans, swapped).remarks()
-    assert remark.startswith("1 fingerprint not learned from")
+    assert remark.startswith("1 fingerprint ignored in training")

@@ -116,8 +116,8 @@ def test_scans_too_faint_to_count_are_still_answered(distance: SignalDistance, r
     [
         ({"k": 0}, "k must be 1 or more"),
         ({"exponent": -1.0}, "the exponent 0 or more"),
-        ({"distance": "taxi"}, "distance=taxi: there are euclidean, sorensen, cosine"),
-        ({"representation": "dbm"}, "representation=dbm: there are positive"),
+        ({"distance": "taxi"}, "distance=taxi: expected one of euclidean, sorensen, cosine"),
+        ({"representation": "dbm"}, "representation=dbm: expected one of positive"),
     ],
 )
 def test_wrong_parameters_are_told(parameters: dict[str, object], message: str) -> None:

@@ -94,7 +94,7 @@ def test_a_place_far_outside_is_said_by_the_nearest_cell_alone() -> None:
 
 
 def test_a_label_that_is_far_off_is_told_before_memory_runs_out() -> None:
-    with pytest.raises(DatasetError, match="extend over 100010 x 100010 m: 100020001 cells of 10 m"):
+    with pytest.raises(DatasetError, match="extend over 100010 x 100010 m, which is 100020001 cells of 10 m"):
         lattice_over(places_at([(0, 0.0, 0.0), (0, 1e5, 1e5)]), 10.0, 0.3)
 
 

@@ -205,9 +205,9 @@ def test_progress_is_told(name: str) -> None:
         ("learning_rate", 2.0, "learning_rate 2.0: expected 1e-09 to 1"),
         ("dropout", 1.0, "dropout 1.0: expected 0 to 0.95"),
         ("cell_m", 0, "cell_m 0: expected 0.1 to 10000"),
-        ("heads", [512, 0], "heads .512, 0.: expected the widths"),
+        ("heads", [512, 0], "heads .512, 0.: expected layer widths"),
         ("input_scale", "loud", "input_scale 'loud': expected one of min-max, powed"),
-        ("device", "abacus", "device 'abacus' is not there"),
+        ("device", "abacus", "device 'abacus' is not available"),
     ],
 )
 def test_what_cannot_be_is_refused(parameter: str, value: Any, message: str) -> None:
@@ -300,7 +300,7 @@ def test_devices() -> None:
     assert training_device("cpu").type == "cpu"
     assert training_device("auto").type == ("cuda" if torch.cuda.is_available() else "cpu")
     for name in ("cuda:99", "abacus"):
-        with pytest.raises(UsageError, match=f"device '{name}' is not there"):
+        with pytest.raises(UsageError, match=f"device '{name}' is not available"):
             training_device(name)
 
 
@@ -315,13 +315,13 @@ def test_auto_takes_the_gpu_where_there_is_one(monkeypatch: pytest.MonkeyPatch, 
 
 @pytest.mark.parametrize("name", ["abacus", "meta:x"])
 def test_a_device_that_is_not_there(name: str) -> None:
-    with pytest.raises(UsageError, match=f"device '{name}' is not there .*; use auto or cpu"):
+    with pytest.raises(UsageError, match=f"device '{name}' is not available .*; use auto or cpu"):
         training_device(name)
 
 
 @pytest.mark.skipif(torch.cuda.is_available(), reason="there is a GPU")
 def test_a_gpu_that_is_not_there() -> None:
-    with pytest.raises(UsageError, match="device 'cuda' is not there"):
+    with pytest.raises(UsageError, match="device 'cuda' is not available"):
         training_device("cuda")
 
 

@@ -162,10 +162,10 @@ def _long_walk(
     ("wrong", "kind", "said"),
     [
         ({}, None, ""),
-        ({"metre": 1000.0}, "pose_convention", "It looks as if lengths are in millimetres."),
-        ({"second": 1000.0}, "pose_convention", "It looks as if times are in milliseconds."),
+        ({"metre": 1000.0}, "pose_convention", "Probably lengths are in millimetres."),
+        ({"second": 1000.0}, "pose_convention", "Probably times are in milliseconds."),
         ({"frame": "z-up"}, "pose_convention", "is not held level"),
-        ({"camera": "y-down"}, "pose_convention", "looks back all the way"),
+        ({"camera": "y-down"}, "pose_convention", "looks backwards during the whole walk"),
     ],
 )
 def test_units_and_axes_that_cannot_be_a_walkers_are_named(

@@ -1,1 +1,1 @@
-"""Formats of the field: a module each, which reads, writes, or both, and registers itself."""
+"""Data formats: one module for each, which reads, writes, or both, and registers itself."""

@@ -1,6 +1,6 @@
 """COMFORD's intermediate format (Ferrato et al., IPIN 2026): ``Samples.csv``, ``RSSI.csv``, ``APs.csv``.
 
-Columns stand as the package's own loader takes them, by position; its documentation names some otherwise. Written
+Columns are identified by position, as in the package's own loader; its documentation uses some other names. Written
 session by session.
 """
 
@@ -26,7 +26,7 @@ from vislam2tag.datasets.point_fingerprints import PointFingerprints
 from vislam2tag.intake.readings import admitted
 
 FOLDER = "intermediate"
-"""Where the package looks for the three files below a data set's root."""
+"""Folder below a data set's root in which the package expects the three files."""
 UNKNOWN = "None"
 SETS = {TRAIN: "training", TEST: "testing"}
 SAMPLES = (
@@ -48,21 +48,21 @@ APS = ("ap_id", "technology", "x", "y", "z")
 FILES: Mapping[str, tuple[str, ...]] = {"Samples.csv": SAMPLES, "RSSI.csv": RSSI, "APs.csv": APS}
 TECHNOLOGIES = {"wifi": "WiFi", "ble": "BLE"}
 _OUR_ID = r"^(.+)/[a-z]+/\d{6}$"
-"""Ids that this program writes begin with the walk."""
+"""Ids of this program begin with the walk."""
 _VALIDATION = "validation"
-"""Read as a test set: the package gives it to data sets whose test set is called so."""
-_ORPHANS = "levels of samples that Samples.csv does not have are left out"
+"""Read as a test set, because the package uses this name for the test sets of some data sets."""
+_ORPHANS = "levels of samples that are not in Samples.csv are skipped"
 
 
 def recognises(path: Path) -> bool:
-    """Whether the three files are there."""
+    """Whether the three files exist."""
     return set(FILES) <= {name.name for name in names_in(path)}
 
 
 def read(path: Path, context: ImportContext) -> Dataset:
-    """Read the three files; a device's samples of a day are a session, unless the ids name the walk as ours do.
+    """Read the three files. A device's samples of a day are a session, unless the ids name the walk as ours do.
 
-    Raises DatasetError where a file lacks a column, or a sample its position.
+    Raises DatasetError if a file has no such column, or a sample no position.
     """
     folder = folder_of(path, context.scratch, context.most_unpacked)
     files = {name: _file(path, folder, name) for name in FILES}
@@ -73,18 +73,18 @@ def read(path: Path, context: ImportContext) -> Dataset:
     findings = (*odd, *finding_if(unknown, "unknown_samples", _ORPHANS, "RSSI.csv", Severity.WARNING))
     inputs = {name: sha256_of(file) for name, file in files.items()}
     content = SetContent(PointFingerprints(rows.drop("sample_id"), heard), inputs, findings)
-    return SetDescription("comford", frame="as the files have it, metres").dataset(path, content)
+    return SetDescription("comford", frame="that of the files, metres").dataset(path, content)
 
 
 def _file(path: Path, folder: Path, name: str) -> Path:
     found = sorted(file for file in folder.rglob("*") if file.name == name)
     if len(found) != 1:
-        raise DatasetError(f"{path}: holds {len(found)} files {name}, expected one")
+        raise DatasetError(f"{path}: contains {len(found)} files {name}, expected one")
     return found[0]
 
 
 def _table(file: Path, columns: tuple[str, ...]) -> pl.DataFrame:
-    """Read a file as text by the positions that the package uses, whatever its header calls the columns."""
+    """Read a file as text by the column positions that the package uses, whatever its header."""
     try:
         table = read_csv(file, separator=";", infer_schema=False, null_values=[UNKNOWN, ""])
     except (OSError, pl.exceptions.PolarsError) as error:
@@ -95,7 +95,7 @@ def _table(file: Path, columns: tuple[str, ...]) -> pl.DataFrame:
 
 
 def _technologies(rssi: pl.DataFrame, aps: pl.DataFrame) -> pl.DataFrame:
-    """The technology of each sample: that of what was heard."""
+    """The technology of each sample, from its readings."""
     ours = {theirs: name for name, theirs in TECHNOLOGIES.items()}
     named = aps.select("ap_id", pl.col("technology").replace(old=ours).str.to_lowercase())
     joined = rssi.select("sample_id", "ap_id").join(named, on="ap_id", how="left")
@@ -123,15 +123,13 @@ def _rows(file: Path, samples: pl.DataFrame, technologies: pl.DataFrame) -> pl.D
     ).with_columns(date=pl.from_epoch("time_ns", time_unit="ns").dt.date())
     wrong = typed.filter(pl.any_horizontal(pl.col("x", "y", "floor").is_null()))
     if wrong.height:
-        raise DatasetError(
-            f"{file}: line {wrong['row'][0] + 2}: x, y and floor must be numbers; a sample without them has no place"
-        )
+        raise DatasetError(f"{file}: line {wrong['row'][0] + 2}: x, y and floor must be numbers")
     together = pl.concat_str("device", "user", pl.col("date").cast(pl.String), separator=".", ignore_nulls=True)
     return typed.with_columns(session=pl.coalesce(pl.col("sample_id").str.extract(_OUR_ID), together))
 
 
 def _part(sets: pl.Series) -> pl.Series:
-    """``train`` and ``test``; a validation set tests where there is no test set, else it is in neither part."""
+    """``train`` and ``test``; a validation set is the test set if there is no other, else it is in neither part."""
     named = {SETS[TRAIN]: TRAIN, "train": TRAIN, SETS[TEST]: TEST, "test": TEST}
     part = sets.replace_strict(named, default=None, return_dtype=pl.String)
     if TEST not in part:
@@ -180,7 +178,7 @@ HOLDS = {
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the three files, session by session.
 
-    Raises DatasetError where no fingerprint has a position, UsageError for a split that is not there.
+    Raises DatasetError if no fingerprint has a position, and UsageError for an unknown split.
     """
     parts, chosen = writing.train_test_assignment(dataset, context)
     fingerprints, findings = writing.labelled_fingerprints(dataset, uncertain=False)

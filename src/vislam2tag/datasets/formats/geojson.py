@@ -1,7 +1,7 @@
-"""Fingerprints as GeoJSON points (RFC 7946): WGS84 where every floor has a georeference, else metres of the BCS.
+"""Fingerprints as GeoJSON points (RFC 7946): WGS84 if every floor has a georeference, else metres in the BCS.
 
-A file in metres says so: its member ``frame`` names the frame, and ``crs`` is null, which tools of the format's first
-version read as a frame of its own.
+A file in metres names its frame in the member ``frame``. Its ``crs`` is null, which tools of the format's first version
+read as a local frame.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from vislam2tag.site.georeference import Georeference, to_wgs84
 
 FILE = "fingerprints.geojson"
 READINGS = ("bssid", "rssi_dbm", "frequency_mhz", "time_ns")
-"""What is written of each reading of a fingerprint."""
+"""Columns that are written for each reading of a fingerprint."""
 _DECIMALS = 9
-"""Of degrees: a tenth of a millimetre."""
+"""Decimals of degrees: a tenth of a millimetre."""
 HOLDS = {
     FINGERPRINTS: tuple(SCHEMAS[FINGERPRINTS]),
     "readings": ("scan_id", *READINGS),
@@ -37,7 +37,7 @@ _Floor = tuple[str, int]
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``fingerprints.geojson``, session by session.
 
-    Raises DatasetError where no fingerprint has a position.
+    Raises DatasetError if no fingerprint has a position.
     """
     fingerprints, findings = labelled_fingerprints(dataset)
     used = set(fingerprints.select("building", "floor").unique().collect(engine="streaming").rows())
@@ -57,15 +57,15 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 def _head(dataset: Dataset, *, georeferenced: bool) -> str:
     head: dict[str, object] = {"type": "FeatureCollection", "name": dataset.info.name}
     if not georeferenced:
-        head |= {"crs": None, "frame": f"{dataset.info.frame}; no longitude and latitude"}
+        head |= {"crs": None, "frame": f"{dataset.info.frame}; not longitude and latitude"}
     return json.dumps(head, ensure_ascii=False)[:-1] + ', "features": [\n'
 
 
 def _features(tables: SessionTables, known: Mapping[_Floor, Georeference]) -> list[str]:
-    """Write each fingerprint as a feature with everything else about it, and its readings, as properties."""
+    """Write each fingerprint as a feature with all other columns and its readings as properties."""
     heard = tables.readings.group_by("scan_id", maintain_order=True).agg(readings=pl.struct(READINGS))
     points = tables.fingerprints.drop("readings").join(heard, on="scan_id", how="left", maintain_order="left")
-    # Metres stay among the properties where coordinates are degrees.
+    # Metres are among the properties if coordinates are degrees.
     dropped = [] if known else ["x", "y"]
     properties = points.drop(dropped).with_columns(pl.col("date").cast(pl.String), pl.col("readings").fill_null([]))
     texts = properties.select(pl.struct(pl.all()).struct.json_encode()).to_series()
@@ -91,8 +91,8 @@ def _coordinates(points: pl.DataFrame, known: Mapping[_Floor, Georeference]) -> 
 def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(floors))
     message = (
-        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; one "
-        "that site.toml has got since reaches a data set that is made anew with dataset --survey"
+        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; after "
+        "you add a georeference to site.toml, make the data set again with `dataset --survey`"
     )
     return finding_if(len(floors), "no_georeference", message, FILE)
 

@@ -1,6 +1,6 @@
-"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them: log file -> taps and tables -> walks.
+"""Logs of GetSensorData (CSIC), as the IPIN competitions publish them.
 
-One text file a walk, places in degrees.
+One text file for each walk, with places in degrees.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vislam2tag.site.georeference import Georeference, from_wgs84
 from vislam2tag.site.model import unique_slugs
 
 ORIGIN_STEP_DEG = 1e-4
-"""Without an origin given, the south-west corner of all taps is one, rounded down: some ten metres."""
+"""The default origin is the south-west corner of all taps, rounded down to this grid, about ten metres."""
 _HEAD_BYTES = 65_536
 _FILES_LOOKED_AT = 3
 
@@ -61,7 +61,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 
 def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
-    """Slugs and files of the logs, in order; other text files are passed over."""
+    """Slugs and files of the logs, in order; other text files are ignored."""
     if path.is_file() and folder == path.parent:
         files = [path]
     else:
@@ -71,7 +71,7 @@ def _logs(path: Path, folder: Path) -> list[tuple[str, Path]]:
             if any(map(looks_like_a_log, first_bytes_of_files(file, "", _HEAD_BYTES)))
         ]
     if not files or not looks_like_a_log(_bytes(files[0])[:_HEAD_BYTES]):
-        raise DatasetError(f"{path}: holds no log; expected lines like WIFI;12.345;678.910;SSID;BSSID;RSS")
+        raise DatasetError(f"{path}: contains no log; expected lines such as WIFI;12.345;678.910;SSID;BSSID;RSS")
     names = [".".join(file.relative_to(folder).with_suffix("").parts) for file in files]
     return sorted(zip(unique_slugs(names), files, strict=True))
 
@@ -91,17 +91,17 @@ def _places(taps: LoggedTaps) -> list[Storey]:
 
 
 def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
-    """The tap nearest to the median of all; raises DatasetError where there is none."""
+    """The tap nearest to the median of all; raises DatasetError without taps."""
     position = np.concatenate([each.position for each in taps])
     if not len(position):
-        raise DatasetError(f"{path}: no log has a POSI row that names a place; without any, nothing can be labelled")
+        raise DatasetError(f"{path}: no log has a POSI row with a place, so nothing can be labelled")
     off = np.linalg.norm(position - np.median(position, axis=0), axis=1)
     longitude, latitude = position[np.argmin(off)].tolist()
     return Georeference(latitude_deg=latitude, longitude_deg=longitude)
 
 
 def _near(taps: LoggedTaps, centre: Georeference) -> LoggedTaps:
-    """Leave out taps that lie too far away to be of the same site."""
+    """Skip taps that are too far away to belong to the site."""
     near = np.linalg.norm(from_wgs84(taps.position, centre), axis=1) <= FARTHEST_M
     return LoggedTaps(taps.app_s[near], taps.position[near], taps.floor[near], taps.building[near], taps.time_ns[near])
 
@@ -121,7 +121,7 @@ def _walk(slug: str, file: Path, places: Sequence[Storey], centre: Georeference,
     index = np.array([places.index(place) for place in _places(taps)], dtype=np.int64)
     findings = list(log.findings)
     if far := len(log.taps.app_s) - len(taps.app_s):
-        message = "POSI rows lie more than ten kilometres from the others; they are no taps"
+        message = "POSI rows more than ten kilometres from the others are not used as taps"
         findings.append(Finding(kind="far_taps", file=file.name, count=far, message=message))
     return LoggedWalk(
         slug=slug,

@@ -1,6 +1,6 @@
 """giaIndoorLoc's labelled layout (Laska et al., IPIN 2022): ``floor_K/DEVICE/SESSION/wifi_annotated.csv``.
 
-Annotated tables by floor, phone and session, the raw files beside: written from labels, and read.
+Annotated tables by floor, phone and session, with the raw files next to them; written from labels, and read.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def recognises(path: Path) -> bool:
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read every session's Wi-Fi readings and group them by scan, one session in memory at a time.
 
-    Raises DatasetError where a table has other columns or a number is none.
+    Raises DatasetError if a table has other columns or a number is invalid.
     """
     root = _root(path, folder_of(path, context.scratch, context.most_unpacked))
     sessions = _sessions(path, root)
@@ -115,12 +115,12 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 
 def _root(path: Path, folder: Path) -> Path:
-    """The folder that holds the floors: an archive may have it inside another."""
+    """The folder that contains the floors, which may be inside another in an archive."""
     found = sorted(folder.rglob(WIFI_FILE))
     if not found:
-        raise DatasetError(f"{path}: holds no floor_K/DEVICE/SESSION/{WIFI_FILE}")
+        raise DatasetError(f"{path}: contains no floor_K/DEVICE/SESSION/{WIFI_FILE}")
     if len(found[0].relative_to(folder).parts) < 4:
-        raise DatasetError(f"{found[0]}: lies not in a folder floor_K/DEVICE/SESSION, which says where it is from")
+        raise DatasetError(f"{found[0]}: not in a folder floor_K/DEVICE/SESSION, so floor and device are unknown")
     return found[0].parents[3]
 
 
@@ -128,7 +128,7 @@ def _sessions(path: Path, root: Path) -> list[_AnnotatedSession]:
     folders, _ = session_folders(root)
     found = [(key, folder) for key, folder in folders if (folder / WIFI_FILE).is_file()]
     if not found:
-        raise DatasetError(f"{path}: holds no floor_K/DEVICE/SESSION/{WIFI_FILE}")
+        raise DatasetError(f"{path}: contains no floor_K/DEVICE/SESSION/{WIFI_FILE}")
     slugs = session_slugs([key for key, _ in found])
     sessions = [
         _AnnotatedSession(key, slug, folder / WIFI_FILE, folder / SENSORS_FILE)
@@ -140,7 +140,7 @@ def _sessions(path: Path, root: Path) -> list[_AnnotatedSession]:
 def _parts(
     session: _AnnotatedSession, settings: DatasetSettings
 ) -> tuple[dict[str, pl.DataFrame], tuple[Finding, ...]]:
-    """Make one session's rows of each table; headings and speeds come from a trajectory, which the layout lacks."""
+    """Make one session's rows of each table; headings and speeds need a trajectory, which the layout does not have."""
     rows, odd = admitted(wifi_rows(session.wifi, session.key), "bssid", WIFI_FILE)
     nowhere = pl.DataFrame(schema=LABELLED[TRAJECTORY])
     walk = SessionWalk(session.slug, "", session.key.device, session.key.session, PhoneMotion.of(nowhere))
@@ -171,7 +171,7 @@ def _session_row(session: _AnnotatedSession, fingerprints: pl.DataFrame) -> pl.D
 
 
 def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str, Path], tuple[Finding, ...]]:
-    """Floors with their extents and plans, where the layout's site files are beside."""
+    """Floors with their extents and plans, if the layout's site files exist."""
     site, findings = read_site(root)
     floors, plans = [], {}
     for floor in site.floors:
@@ -186,11 +186,11 @@ def _site(root: Path, scratch: Folder) -> tuple[tuple[FloorInfo, ...], dict[str,
 
 WIFI_TYPE = "WLAN"
 OUTSIDE = ("after_last_landmark", "outside_frames")
-"""Rows that the published program leaves out: nothing is mapped from there on."""
+"""Status of rows that the published program skips, because nothing is mapped from there on."""
 _WITHOUT_ADDRESSES = frozenset(
     name for role in ("poses", "landmarks", "sensors", "presses") for name in FILE_NAMES[role]
 ) | {"AnchorPose.csv", "tachy.csv", "truth.csv", "route.csv"}
-"""Raw files that hold no address or name of a network."""
+"""Raw files that contain no address or name of a network."""
 HOLDS = {
     "wifi": ("floor", "device", "session", "row", "scan", "time_ns", "bssid", "ssid", "rssi_dbm", "x", "y"),
     "sensors": ("floor", "device", "session", "row", "time_ns", "sensor", "v1", "v2", "v3", "v4", "v5", "v6", "x", "y"),
@@ -200,7 +200,7 @@ HOLDS = {
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write the annotated tables of every session that has a label.
 
-    Raises DatasetError where none has, or ``labels`` is no finished output of ``process``, UsageError where
+    Raises DatasetError if there is none, or if ``labels`` is not a finished output of ``process``, and UsageError if
     ``--survey`` is another survey.
     """
     opened, left_out = shared_labels(labels, context)
@@ -219,7 +219,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
                     _copy_session(here.folder, own, session, private, lost)
         context.progress(result.session, len(opened.sessions))
     if not written:
-        raise DatasetError(f"{labels}: no reading of it has a position; its report.html says why")
+        raise DatasetError(f"{labels}: none of its readings has a position; report.html gives the reason")
     if context.survey:
         left_out = (*left_out, *_copy_site(context.survey, folder, context))
     return (*left_out, *private.findings, *pooled(lost))
@@ -231,7 +231,7 @@ def _write_session(
     wifi = _placed(session.table("wifi", LABELLED["wifi"]), result.floor, lost)
     sensors = _placed(session.table("sensors", LABELLED["sensors"]), result.floor, lost)
     if not wifi["x"].count() and not sensors["x"].count():
-        lost += finding_if(1, "unmapped_sessions", "sessions without a labelled reading are left out")
+        lost += finding_if(1, "unmapped_sessions", "sessions without a labelled reading are skipped")
         return False
     place = (pl.col("x").alias("x_coord"), pl.col("y").alias("y_coord"))
     annotated = private.hidden(wifi).select(
@@ -243,7 +243,7 @@ def _write_session(
         _shortest(wifi["rssi_dbm"]).alias("rss"),
         *place,
     )
-    # An empty name is written as nothing at all, as published, not as a pair of quotes.
+    # An empty name is written as nothing, as in the published files, not as a pair of quotes.
     write_csv(annotated.with_columns(pl.col("ssid").replace("", None)), folder, WIFI_FILE)
     if sensors.height:
         values = (f"v{number}" for number in range(1, 7))
@@ -253,21 +253,25 @@ def _write_session(
 
 
 def _placed(rows: pl.DataFrame, floor: int, lost: list[Finding]) -> pl.DataFrame:
-    """Sort by time, leave out what lies outside the mapped part, and keep the positions that the layout can hold."""
+    """Sort by time, skip rows outside the mapped part, and keep the positions that the layout supports."""
     outside = pl.col("status").is_in(OUTSIDE)
     elsewhere = pl.col("x").is_not_null() & (pl.col("floor") != floor)
     uncertain = pl.col("x").is_not_null() & (pl.col("status") == "uncertain")
     losses: tuple[tuple[FindingKind, pl.Expr, str], ...] = (
-        ("rows_outside", outside, "rows outside the frames, or after the mapped part of their walk, are left out"),
+        ("rows_outside", outside, "rows outside the frames, or after the mapped part of their walk, are skipped"),
         (
             "other_floor",
             elsewhere,
-            "rows on another floor than their folder's lose their position: the layout has no column for a floor",
+            (
+                "rows on a floor other than that of their folder lose their position, because the layout has no floor "
+                "column"
+            ),
         ),
         (
             "uncertain_left_out",
             uncertain & ~elsewhere,
-            "uncertain rows lose their position: the layout cannot say how sure one is; process --max-sigma-m decides",
+            "uncertain rows lose their position, because the layout cannot store a standard deviation; "
+            "`process --max-sigma-m` sets the limit",
         ),
     )
     for kind, mask, message in losses:
@@ -278,7 +282,7 @@ def _placed(rows: pl.DataFrame, floor: int, lost: list[Finding]) -> pl.DataFrame
 
 
 def _shortest(levels: pl.Series) -> pl.Expr:
-    """Levels as whole numbers where all are, as the published files have them."""
+    """Levels as whole numbers if all are, as in the published files."""
     known = levels.drop_nulls()
     return pl.col("rssi_dbm").cast(pl.Int32) if (known == known.round()).all() else pl.col("rssi_dbm")
 
@@ -286,7 +290,7 @@ def _shortest(levels: pl.Series) -> pl.Expr:
 def _raw_session(raw: Mapping[SessionKey, SessionRef], result: SessionResult, survey: Path) -> SessionRef:
     key = SessionKey(result.floor, result.device, result.session)
     if key not in raw:
-        raise UsageError(f"--survey {survey}: has no session {key}; give the survey that the labels were made of")
+        raise UsageError(f"--survey {survey}: no session {key}; pass the survey that the labels were made from")
     return raw[key]
 
 
@@ -295,15 +299,15 @@ def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -
         file = here.folder / account.name
         if account.role != "companion" and (not file.is_file() or sha256_of(file) != account.sha256):
             raise UsageError(
-                f"--survey {survey}: {here.key}: {account.name} is not what the labels were made of; run `vislam2tag "
-                "process` again"
+                f"--survey {survey}: {here.key}: {account.name} has changed since the labels were made; run "
+                "`vislam2tag process` again"
             )
 
 
 def _copy_session(
     source: Path, target: Folder, session: LabelledSession, private: PrivateLabels, lost: list[Finding]
 ) -> None:
-    """Copy a session's raw files; those that would tell what is hidden are rewritten or left out."""
+    """Copy a session's raw files; files that would reveal hidden data are rewritten or skipped."""
     published = format_of(source) == "published"
     read = next((name for name in FILE_NAMES["wifi"] if published and (source / name).is_file()), None)
     for file in sorted(entry for entry in source.iterdir() if entry.is_file() and not entry.name.startswith(".")):
@@ -315,11 +319,11 @@ def _copy_session(
             rows = session.table("wifi", ("row", "bssid", "ssid"))
             target.write(file.name, hidden_wifi_file(read_bytes(file), private.hidden(rows)))
         else:
-            lost += finding_if(1, "raw_files_left_out", "raw files that may tell what is hidden are left out")
+            lost += finding_if(1, "raw_files_left_out", "raw files that may reveal hidden data are skipped")
 
 
 def _copy_site(survey: Path, folder: Folder, context: ExportContext) -> list[Finding]:
-    """Copy the files that describe the site, of the survey and of each of its floors; return what is left out."""
+    """Copy the files that describe the site, of the survey and of each of its floors; return findings."""
     outside = set[str]()
     for file in sorted([*survey.glob("*"), *survey.glob("floor_*/*")]):
         if not file.is_file() or file.name.startswith("."):

@@ -1,10 +1,9 @@
-"""HDF5 matrices for training (docs/reference/exporting.md): what was heard, where, and the parts of every split.
+"""HDF5 matrices for training (docs/reference/exporting.md): readings, positions, and the parts of every split.
 
-Groups are by technology; columns of a table become their data sets, filled piece by piece. Windows of inertial and
-magnetic readings stand beside, with the same splits. The file may lie on a disk which becomes full: the HDF5 library
-ends the process by a segmentation fault where it cannot write what it holds as a file is closed. So it writes to a file
-object that never fails: what goes wrong first is kept, all after it is dropped, and it is raised once the library is
-done.
+There is one group for each technology; columns of a table become data sets, filled piece by piece. Windows of inertial
+and magnetic readings have their own groups, with the same splits. On a full disk the HDF5 library ends the process with
+a segmentation fault if it cannot write its buffers while it closes a file. It therefore writes to a file object that
+never fails: the first error is kept, later data are dropped, and the error is raised when the library is done.
 """
 
 from __future__ import annotations
@@ -33,17 +32,17 @@ if TYPE_CHECKING:
 
 
 UNKNOWN_NUMBER = -1
-"""Stands for a name or time that is not known."""
+"""Code of an unknown name or time."""
 _CHUNK_CELLS = 65_536
 _GZIP = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 
 
 Hdf5Column = tuple[Any, str | None, str | None]
-"""Values of some rows (rows, *tail), a list where they are texts; their unit, and what they mean."""
+"""Values of some rows (rows, *tail), or a list of texts; their unit, and their meaning."""
 
 
 def _known(rows: pl.DataFrame, name: str) -> Hdf5Column:
-    """Numbers; NaN where not known."""
+    """Numbers; NaN if unknown."""
     return rows[name].fill_null(float("nan")).to_numpy(), UNITS.get(name), None
 
 
@@ -56,15 +55,15 @@ def _whole_numbers(rows: pl.DataFrame, name: str) -> Hdf5Column:
 
 
 def _vocabulary(table: pl.LazyFrame, name: str) -> pl.Series:
-    """The names in a column, which numbers stand for."""
+    """The names in a column, which are stored as numbers."""
     return table.select(pl.col(name).drop_nulls().unique()).collect(engine="streaming")[name].sort()
 
 
 def _numbers_of(rows: pl.DataFrame, name: str, words: pl.Series) -> Hdf5Column:
-    """Numbers that stand for names."""
+    """Numbers that encode names."""
     numbers = dict(zip(words, range(len(words)), strict=True))
     found = rows[name].replace_strict(numbers, default=UNKNOWN_NUMBER, return_dtype=pl.Int32)
-    return found.to_numpy(), None, f"row of vocabularies/{name}; {UNKNOWN_NUMBER}: not known"
+    return found.to_numpy(), None, f"row of vocabularies/{name}; {UNKNOWN_NUMBER} means unknown"
 
 
 def _fill(
@@ -109,9 +108,9 @@ def write_texts(group: h5py.Group, name: str, words: Iterable[str]) -> None:
 
 
 def write_splits(group: h5py.Group, splits: Mapping[str, Split], ids: pl.Series) -> None:
-    """Write ``splits/NAME/fold_N/train`` and ``test``: row numbers; rows in neither part are in none.
+    """Write ``splits/NAME/fold_N/train`` and ``test`` as row numbers; rows in neither part are in none.
 
-    ``ids`` are those of the group's rows, in order; splits that know none of them are left out.
+    ``ids`` are those of the group's rows, in order; splits without any of them are skipped.
     """
     numbered = pl.DataFrame({"id": ids}).with_row_index("row")
     for name, split in splits.items():
@@ -120,7 +119,7 @@ def write_splits(group: h5py.Group, splits: Mapping[str, Split], ids: pl.Series)
         own = group.create_group(f"splits/{name}", track_order=True)
         own.attrs["kind"] = split.info.kind
         for number, fold in enumerate(split.info.folds):
-            # A fold's name may hold a slash, which would make a further group of it.
+            # A fold's name may contain a slash, which would create another group.
             each = own.create_group(f"fold_{number}", track_order=True)
             each.attrs["name"] = fold.name
             for part, members in zip(("train", "test"), split.train_test_ids(fold), strict=True):
@@ -132,7 +131,7 @@ _WINDOW_NAMES = ("building", "device", "session")
 
 
 def write_imu_windows(file: h5py.File, dataset: Dataset) -> None:
-    """Write ``imu/N_samples_at_R_hz`` for each length and rate that there is: windows side by side are of one shape."""
+    """Write ``imu/N_samples_at_R_hz`` for each length and rate, so that all windows in an array have one shape."""
     if IMU_WINDOWS not in dataset.tables:
         return
     table = dataset.tables[IMU_WINDOWS].with_columns(samples=pl.col("accelerometer").list.len() // 3)
@@ -179,7 +178,7 @@ def _write(
     table: pl.LazyFrame,
     columns: Callable[[pl.DataFrame], dict[str, Hdf5Column]],
 ) -> None:
-    """Write these columns and those that all windows have."""
+    """Write these columns and those of all windows."""
     ids = table.select("window_id").collect(engine="streaming")["window_id"]
     words = {name: _vocabulary(table, name) for name in _WINDOW_NAMES}
 
@@ -204,7 +203,7 @@ def _samples(rows: pl.DataFrame, name: str, samples: int) -> Hdf5Column:
 
 @contextmanager
 def hdf5_file(folder: Folder, name: str) -> Iterator[h5py.File]:
-    """Open a new HDF5 file for writing, whole or not at all; raises OSError if the disk took less than all of it."""
+    """Open a new HDF5 file for writing, whole or not at all; raises OSError if the disk did not take all of it."""
     h5py = import_extra("h5py")
     with folder.writing(name) as file:
         buffer = _PatientFile(cast("io.FileIO", cast("io.BufferedRandom", file).raw))
@@ -217,16 +216,16 @@ def hdf5_file(folder: Folder, name: str) -> Iterator[h5py.File]:
 
 
 class _PatientFile(io.RawIOBase):
-    """A file whose writing never fails; reading gives zeros for what could not be written."""
+    """A file that never fails to write; reading gives zeros for data that could not be written."""
 
     def __init__(self, file: io.FileIO) -> None:
         self._file = file
         self._at = 0
         self.failure: OSError | None = None
-        """What went wrong first."""
+        """The first error."""
 
     def write(self, data: memoryview) -> int:  # type: ignore[override]
-        """Write all of it, or nothing where anything failed before."""
+        """Write all of it, or nothing after an earlier error."""
         left = memoryview(data)
         try:
             self._file.seek(self._at)
@@ -246,16 +245,16 @@ class _PatientFile(io.RawIOBase):
         return len(buffer)
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """As any file's; its end is that of what could be written."""
+        """As for any file; its end is the end of the written data."""
         self._at = self._file.seek(offset, whence) if whence == io.SEEK_END else offset
         return self._at
 
     def tell(self) -> int:
-        """As any file's."""
+        """As for any file."""
         return self._at
 
     def truncate(self, size: int | None = None) -> int:
-        """As any file's, but for a failure."""
+        """As for any file, except after an error."""
         try:
             return self._file.truncate(size)
         except OSError as error:
@@ -263,12 +262,12 @@ class _PatientFile(io.RawIOBase):
             return size or 0
 
     def flush(self) -> None:
-        """Do nothing: nothing is held back."""
+        """Do nothing, because nothing is buffered."""
 
 
 FILE = "fingerprints.h5"
 NOT_HEARD_DBM = -110.0
-"""Below what any phone reports, and near enough for a network: 0 or 100 would stand far off."""
+"""Below all levels that phones report, and close to them for a network; 0 or 100 would be far away."""
 _NAMES = ("building", "device", "user", "session")
 _FLOATS = ("z", "sigma", "heading_deg", "speed_m_s")
 HOLDS = {
@@ -295,7 +294,7 @@ HOLDS = {
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write ``fingerprints.h5`` with a group for each technology, piece by piece.
 
-    Raises DatasetError where no fingerprint has a position.
+    Raises DatasetError if no fingerprint has a position.
     """
     fingerprints, findings = writing.labelled_fingerprints(dataset)
     kinds = fingerprints.select(pl.col("technology").unique()).collect(engine="streaming")["technology"].sort()

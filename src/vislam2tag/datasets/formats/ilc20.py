@@ -1,6 +1,6 @@
 """Indoor Location Competition 2.0 (Microsoft Research, 2021): walks through malls between tapped waypoints.
 
-Folders of sites -> trace files -> walks: traces lie by site and floor, with plans and the names of floors as numbers.
+Traces are in folders by site and floor, with plans and floor names.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ PLAN = "floor_image.png"
 
 @dataclass(frozen=True)
 class TraceRef:
-    """A trace file and where its folders say that it was walked."""
+    """A trace file, with site and floor from its folders."""
 
     path: Path
     place: Storey
@@ -45,7 +45,7 @@ class TraceRef:
 
 @dataclass(frozen=True)
 class Ilc20Sites:
-    """What lies below a folder: traces in the order of their slugs, floors in order, plans by path in the data set."""
+    """Content of a folder: traces in the order of their slugs, floors in order, plans by path in the data set."""
 
     traces: tuple[TraceRef, ...]
     floors: tuple[FloorInfo, ...]
@@ -54,15 +54,15 @@ class Ilc20Sites:
 
 
 def is_trace_path(parts: Sequence[str]) -> bool:
-    """Whether a path (by its parts) is that of a trace file in a floor's folder: ``.../F4/path_data_files/x.txt``."""
+    """Whether a path (in parts) is that of a trace file in a floor's folder: ``.../F4/path_data_files/x.txt``."""
     return len(parts) >= 2 and parts[-1].endswith(".txt") and _floor_folder(parts) is not None
 
 
 def find_sites(root: Path) -> Ilc20Sites:
-    """Look for traces below a folder; one that is a floor's or a site's own folder will do.
+    """Look for traces below a folder, which may be that of a floor or a site.
 
-    Traces lie in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR`` itself, ``floor_info.json`` and the plan in
-    ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError where there is no trace.
+    Traces are in ``SITE/FLOOR/path_data_files`` or ``SITE/FLOOR``; ``floor_info.json`` and the plan are in
+    ``SITE/FLOOR`` below the same or another folder (``metadata``). Raises DatasetError if there is no trace.
     """
     root = root.resolve()
     found, left_out = [], []
@@ -78,7 +78,7 @@ def find_sites(root: Path) -> Ilc20Sites:
             found.append((path, Storey(folder.parent.name, number), folder.name))
     if not found:
         raise DatasetError(
-            f"{root}: holds no trace; expected SITE/FLOOR/{TRACES}/*.txt with floors called F1, B1, L2 ..."
+            f"{root}: contains no trace; expected SITE/FLOOR/{TRACES}/*.txt with floors named F1, B1, L2, ..."
         )
     names = [".".join((place.building, floor, path.stem)) for path, place, floor in found]
     refs = [TraceRef(*each, slug) for each, slug in zip(found, unique_slugs(names), strict=True)]
@@ -88,7 +88,7 @@ def find_sites(root: Path) -> Ilc20Sites:
 
 
 def _floor_folder(parts: Sequence[str]) -> Sequence[str] | None:
-    """The parts of the floor's folder of a trace file; None where its folders are not named so."""
+    """The parts of the floor's folder of a trace file; None if its folders have other names."""
     own = parts[:-1]
     if own and own[-1] == TRACES:
         return own[:-1]
@@ -106,7 +106,7 @@ def _floors(
     for place, name in named:
         path = described.get((place.building, name))
         if path is None:
-            message = f"floor {name} of {place.building} has no {INFO}: its extent is not known"
+            message = f"floor {name} of {place.building} has no {INFO}: its extent is unknown"
             findings.append(Finding(kind="no_floor_info", file=f"{place.building}/{name}", count=1, message=message))
         width_m, height_m = (None, None) if path is None else _extent(path)
         plan = None
@@ -124,7 +124,7 @@ def _extent(path: Path) -> tuple[float, float]:
         extent = read_json(path)["map_info"]
         width_m, height_m = float(extent["width"]), float(extent["height"])
         if not (0 < width_m <= MAX_FLOOR_M and 0 < height_m <= MAX_FLOOR_M):
-            raise ValueError("no floor is so large")
+            raise ValueError("the floor is implausibly large")
         return width_m, height_m
     except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
         raise DatasetError(
@@ -137,19 +137,20 @@ def _unnumbered(root: Path, left_out: Sequence[Path]) -> list[Finding]:
         return []
     names = sorted({parts[-1] for path in left_out if (parts := _floor_folder(path.parts))})
     message = (
-        f"traces lie on floors without a number ({', '.join(names[:ROWS_NAMED])}) and are left out; call the folders "
-        "F1, F2, ... or B1, ..."
+        f"traces on floors without a number ({', '.join(names[:ROWS_NAMED])}) are skipped; name the folders F1, F2, "
+        "... "
+        "or B1, ..."
     )
     first = left_out[0].relative_to(root).as_posix()
     return [Finding(kind="unknown_floor", file=first, count=len(left_out), message=message, severity=Severity.ERROR)]
 
 
 BESIDE_M = 10.0
-"""Plans are drawn by hand: a waypoint may lie this far beside one."""
+"""Tolerance around hand-drawn plans: a waypoint may be this far outside."""
 
 
 def recognises(path: Path) -> bool:
-    """Whether a trace lies in the folder of a floor."""
+    """Whether a trace is in the folder of a floor."""
     if path.is_file() and path.suffix == ".txt":
         return False
     return any(is_trace_path((*path.resolve().parts, *name.parts)) for name in names_in(path))
@@ -188,7 +189,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> LoggedWalk:
     taps = Waypoints(trace.taps.time_ns[inside], position, np.full(len(position), index, dtype=np.int64))
     findings = list(trace.findings)
     if not inside.all():
-        message = "waypoints lie outside the plan; they are no taps"
+        message = "waypoints outside the plan are not used as taps"
         findings.append(
             Finding(kind="taps_outside_plan", file=ref.path.name, count=int((~inside).sum()), message=message)
         )
@@ -210,7 +211,7 @@ def _walk(ref: TraceRef, index: int, floor: FloorInfo) -> LoggedWalk:
 
 
 def _on_plan(position: FloatArray, floor: FloorInfo) -> BoolArray:
-    """Mask (n,) of the taps at these positions (n, 2) that lie on the plan, or a few metres beside it."""
+    """Mask (n,) of the taps at these positions (n, 2) that are on the plan, or a few metres outside it."""
     size = np.array([size_m or FARTHEST_M for size_m in (floor.width_m, floor.height_m)])
     low = -BESIDE_M if floor.width_m else -FARTHEST_M
     inside: BoolArray = np.all((position >= low) & (position <= size + BESIDE_M), axis=1)

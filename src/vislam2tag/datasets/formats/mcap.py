@@ -1,6 +1,6 @@
-"""Trajectories and labelled radio readings as MCAP, one file a session, with Foxglove's schemas in JSON.
+"""Trajectories and labelled radio readings as MCAP, one file for each session, with Foxglove's schemas in JSON.
 
-``foxglove_schemas.json`` holds the schemas as their makers publish them (MIT licence).
+``foxglove_schemas.json`` contains the schemas as published by Foxglove (MIT licence).
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ _OUTLINE_M = 0.1
 _IMAGES = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
 _NO_TURN = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 _KNOWN = 3
-"""Foxglove's word for a covariance that is known."""
+"""Foxglove's code for a known covariance."""
 _HEIGHT_M2 = 1.0
-"""Variance of heights that fixes state: labels have none."""
+"""Variance of heights in fixes, because labels have none."""
 Message = tuple[str, str, int, bytes]
 """Topic, schema, time in ns, JSON."""
 
 
 def foxglove_schemas() -> dict[str, Any]:
-    """The JSON schemas of Foxglove's messages that are written, by name."""
+    """The JSON schemas of the written Foxglove messages, by name."""
     schemas: dict[str, Any] = read_json(Path(__file__).with_name("foxglove_schemas.json"))["schemas"]
     return schemas
 
@@ -58,8 +58,8 @@ def foxglove_schemas() -> dict[str, Any]:
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     """Write a file for each session that has a position; the others are counted.
 
-    Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position, SurveyError
-    where the survey is none.
+    Raises DatasetError if ``labels`` is not a finished output of ``process`` or no session has a position, and
+    SurveyError if the survey is invalid.
     """
     opened, outside = shared_labels(labels, context)
     plans, plans_left_out = _plans(context, opened.floors)
@@ -75,7 +75,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         unmapped += not labelled.any()
         context.progress(session.slug, len(opened.sessions))
     if unmapped == len(opened.sessions):
-        raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
+        raise DatasetError(f"{labels}: none of its sessions has a position; report.html gives the reason")
     left_out = finding_if(unmapped, "unmapped_sessions", UNMAPPED)
     return (*outside, *plans_left_out, *private.findings, *left_out)
 
@@ -98,7 +98,7 @@ def _write(folder: Folder, name: str, messages: list[Message]) -> None:
 
 
 def _of_trajectory(trajectory: Trajectory, floors: tuple[FloorRecord, ...]) -> Iterator[Message]:
-    """Pose and transform of each frame with a position, and its fix where its floor has a georeference."""
+    """Pose and transform of each frame with a position, and its fix if its floor has a georeference."""
     known = {floor.number: floor for floor in floors}
     for i in np.flatnonzero(has_position(trajectory.status)).tolist():
         time_ns, floor = int(trajectory.time_ns[i]), int(trajectory.floor[i])
@@ -141,7 +141,7 @@ def _fix(position_bcs: FloatArray, covariance_bcs: FloatArray, georeference: Geo
 
 
 def _of_readings(session: LabelledSession, private: PrivateLabels) -> Iterator[Message]:
-    """Each labelled reading of the radio tables, all its columns."""
+    """Each labelled reading of the radio tables, with all its columns."""
     for name, columns in READINGS.items():
         if not session.has(name):
             continue
@@ -152,11 +152,11 @@ def _of_readings(session: LabelledSession, private: PrivateLabels) -> Iterator[M
 
 
 _Plan = tuple[FloorRecord, tuple[str, bytes] | None]
-"""A floor and the image of its plan: its format by Foxglove's word, and its file."""
+"""A floor and the image of its plan: Foxglove's name of its format, and its file."""
 
 
 def _plans(context: ExportContext, floors: tuple[FloorRecord, ...]) -> tuple[list[_Plan], list[Finding]]:
-    """The floors, with the images of their plans where the survey is at hand and has some; and what is left out."""
+    """The floors, with the images of their plans if the survey is available, and findings about skipped ones."""
     files, left_out = {}, []
     if context.survey is not None:
         site, findings = read_site(context.survey, follow_links=context.follow_links)
@@ -172,7 +172,7 @@ def _plans(context: ExportContext, floors: tuple[FloorRecord, ...]) -> tuple[lis
 
 
 def _of_plans(plans: list[_Plan], time_ns: int) -> Iterator[Message]:
-    """Outline of each floor whose extent is known, as a scene, and the image of its plan."""
+    """Outline of each floor with a known extent, as a scene, and the image of its plan."""
     stamp = _stamp(time_ns)
     for floor, image in plans:
         frame = _frame(floor.number)

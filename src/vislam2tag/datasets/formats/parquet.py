@@ -1,7 +1,7 @@
-"""Plain Parquet tables for those without this program: pandas, Polars, DuckDB and R read them as they are.
+"""Plain Parquet tables for use without this program: pandas, Polars, DuckDB and R read them directly.
 
-The tables of a data set, snappy-compressed, all splits as one table, and ``columns.csv`` that says what each column is.
-The manifest rides in the metadata of ``fingerprints.parquet``, so that reading back loses nothing but plans.
+The tables of a data set, snappy-compressed, all splits as one table, and ``columns.csv`` with the meaning of each
+column. The metadata of ``fingerprints.parquet`` contain the manifest, so reading the files back loses only plans.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ HOLDS = {**{name: tuple(schema) for name, schema in SCHEMAS.items()}, SET: (MANI
 
 
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
-    """Write one file a table, ``splits.parquet`` (split, id, group) and ``columns.csv``."""
+    """Write one file for each table, ``splits.parquet`` (split, id, group) and ``columns.csv``."""
     for name, table in dataset.tables.items():
         metadata = _metadata(dataset) if name == FINGERPRINTS else {}
         file = f"{name}.parquet"
@@ -71,7 +71,7 @@ def _columns_table(dataset: Dataset) -> pl.DataFrame:
 
 
 def recognises(path: Path) -> bool:
-    """Whether there are the tables but no data set's manifest."""
+    """Whether the tables exist, without a data set's manifest."""
     if path.is_file() and path.suffix == ".parquet":
         return False
     names = {name.name for name in names_in(path)}
@@ -79,7 +79,7 @@ def recognises(path: Path) -> bool:
 
 
 def read(path: Path, context: ImportContext) -> Dataset:
-    """Scan the tables; raises DatasetError where one is missing or has other columns."""
+    """Scan the tables; raises DatasetError if one is missing or has other columns."""
     found = folder_of(path, context.scratch, context.most_unpacked)
     folder = next((file.parent for file in sorted(found.rglob(f"{FINGERPRINTS}.parquet"))), found)
     tables = {name: _table(folder / f"{name}.parquet", name) for name in SCHEMAS if _wanted(folder, name)}
@@ -110,7 +110,8 @@ def _manifest(path: Path) -> tuple[DatasetInfo, dict[str, SplitInfo]]:
         splits = {name: SplitInfo.model_validate(each) for name, each in json.loads(metadata[_SPLITS]).items()}
     except (KeyError, ValueError, ValidationError) as error:
         raise DatasetError(
-            f"{path}: its metadata does not hold the manifest that export writes, as when another program rewrote it"
+            f"{path}: the metadata does not contain the manifest that `export` writes; perhaps another program "
+            "rewrote the file. Export again"
         ) from error
     return info, splits
 

@@ -1,23 +1,23 @@
-"""Published sets that are tables of levels, a description each: Tampere, UJI's library, UTSIndoorLoc and WiFine.
+"""Published data sets that are tables of levels: Tampere, UJI's library, UTSIndoorLoc and WiFine.
 
-Tampere (Lohan et al., Data 2017, 2(4), 32): ``Training_rss_*.csv``, ``..._coordinates_*.csv``, ``..._device_*.csv``,
-``..._date_*.csv`` and the same of ``Test_``, without headers, a row a fingerprint. x, y, z in metres in a local frame;
-floors are 3.7 m apart.
+Tampere (Lohan et al., Data 2017, 2(4), 32): files ``Training_rss_*.csv``, ``..._coordinates_*.csv``,
+``..._device_*.csv`` and ``..._date_*.csv``, and the same for ``Test_``. They have no headers, and one row for each
+fingerprint. The coordinates x, y, z are metres in a local frame; floors are 3.7 m apart.
 
-UJI's long-term library set (Mendoza-Silva et al., Data 2018, 3(1), 3): a folder a month, in it ``trnNNrss.csv``
-(levels, 100: not heard), ``...crd.csv`` (x, y in metres, floor), ``...tms.csv`` (local time as digits from year to
-millisecond) and ``...ids.csv``, and the same of ``tst``, without headers. In the split that comes along the first
-month's ``trn`` trains and what is later tests; the first month's own tests say nothing of change and are in neither
-part.
+UJI's long-term library set (Mendoza-Silva et al., Data 2018, 3(1), 3): one folder for each month. It contains
+``trnNNrss.csv`` (levels, 100: not heard), ``...crd.csv`` (x, y in metres, floor), ``...tms.csv`` (local time as digits
+from year to millisecond) and ``...ids.csv``, and the same for ``tst``, without headers. In the official split the first
+month's ``trn`` is the training set, and later months are the test set. The first month's own tests show no change over
+time and are in neither part.
 
-UTSIndoorLoc (Song et al., CNNLoc, IEEE Access 2019): ``UTS_training.csv`` and ``UTS_test.csv``, a row a fingerprint:
-589 columns of levels (100: not heard), then ``Pos_x``, ``Pos_y`` in metres and ``Floor_ID``; the published files have
-further columns, of which building, user and phone are taken. Which rows belong to one walk is not known: each file is
-one session.
+UTSIndoorLoc (Song et al., CNNLoc, IEEE Access 2019): ``UTS_training.csv`` and ``UTS_test.csv``, one row for each
+fingerprint. They have 589 columns of levels (100: not heard), then ``Pos_x``, ``Pos_y`` in metres and ``Floor_ID``, and
+further columns, of which building, user and phone are used. The rows of one walk are unknown, so each file is one
+session.
 
-WiFine (Khassanov et al. 2021): trajectories of scans, a CSV and a session each, in the folders ``train``, ``val`` and
-``test``: columns of levels (-100: not heard) named by numbers from 0, then ``num_visible_APs``, ``timestamp`` in
-seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``.
+WiFine (Khassanov et al. 2021): trajectories of scans, one CSV file and session each, in the folders ``train``, ``val``
+and ``test``. Columns of levels (-100: not heard) are named by numbers from 0, followed by ``num_visible_APs``,
+``timestamp`` in seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vislam2tag.datasets.model import TEST, TRAIN
 
 STOREY_M = 3.7
 _OFF_FLOOR_M = 0.05
-"""A height farther than this from every floor is a finding; it goes to the nearest."""
+"""A height at a larger distance from every floor is a finding; the closest floor is used."""
 _STOREY = pl.col("z") / STOREY_M
 _FLOOR = _STOREY.round().cast(pl.Int32, strict=False)
 _TAMPERE_TIME = pl.col("date").str.to_datetime("%Y-%m-%d %H:%M:%S", time_unit="ns", strict=False)
@@ -53,7 +53,7 @@ TAMPERE = FingerprintTables(
         storey_m=STOREY_M,
     ),
     files=re.compile(r"(?P<walk>Training|Test)_(?P<role>rss|coordinates|device|date)(_.*)?\.csv", re.IGNORECASE),
-    none_found="holds no Training_rss_*.csv or Test_rss_*.csv; expected the Tampere quartet",
+    none_found="contains no Training_rss_*.csv or Test_rss_*.csv; expected the four files of the Tampere data set",
     missing="has no {walk} {role}.csv; expected rss, coordinates, device, date of each part",
     companions={
         "coordinates": dict.fromkeys("xyz", pl.Float64()),
@@ -74,13 +74,13 @@ TAMPERE = FingerprintTables(
             "height_off_floor",
             "coordinates",
             ((_STOREY - _FLOOR) * STOREY_M).abs() > _OFF_FLOOR_M,
-            "heights are no multiple of 3.7 m; the nearest floor counts",
+            "heights are not multiples of 3.7 m; the closest floor is used",
         ),
         RowCheck(
             "unreadable_dates",
             "date",
             _TAMPERE_TIME.is_null() & pl.col("date").is_not_null(),
-            "dates are not like 2017-08-18 11:59:23; they are left out",
+            "dates do not have the form 2017-08-18 11:59:23; they are skipped",
         ),
     ),
 )
@@ -104,7 +104,7 @@ UJI_LIBRARY = FingerprintTables(
         ),
     ),
     files=re.compile(r"(?P<walk>(trn|tst)\d\d)(?P<role>rss|crd|tms|ids)\.csv", re.IGNORECASE),
-    none_found="holds no MM/trnNNrss.csv; expected UJI's long-term library set",
+    none_found="contains no MM/trnNNrss.csv; expected UJI's long-term library set",
     missing="month {folder} has no {walk}{role}.csv; expected rss, crd, tms",
     by_folder=True,
     companions={"crd": dict.fromkeys(("x", "y", "floor"), pl.Float64()), "tms": {"time": pl.String()}},
@@ -124,7 +124,7 @@ UJI_LIBRARY = FingerprintTables(
             "unreadable_dates",
             "tms",
             _UJI_TIME.is_null() & pl.col("time").is_not_null(),
-            "times are not digits from year to millisecond; they are left out",
+            "times do not consist of the digits from year to millisecond; they are skipped",
         ),
     ),
 )
@@ -141,7 +141,7 @@ UTS = FingerprintTables(
         clock="none",
     ),
     files=re.compile(r"UTS_(training|test)\.csv", re.IGNORECASE),
-    none_found="holds no UTS_training.csv or UTS_test.csv; expected UTSIndoorLoc's files",
+    none_found="contains no UTS_training.csv or UTS_test.csv; expected UTSIndoorLoc's files",
     columns={
         **dict.fromkeys(_UTS_PLACE, pl.Float64()),
         **dict.fromkeys(("Building_ID", "User_ID", "Phone_type"), pl.String()),
@@ -181,7 +181,7 @@ WIFINE = FingerprintTables(
     ),
     files=re.compile(r"(train|val|test)_[0-9a-z_]+\.csv", re.IGNORECASE),
     recognised_by=re.compile(r"(train|val|test)/\1_[0-9a-z_]+\.csv", re.IGNORECASE),
-    none_found="holds no train/train_*.csv, val/val_*.csv or test/test_*.csv of WiFine",
+    none_found="contains no train/train_*.csv, val/val_*.csv or test/test_*.csv of WiFine",
     columns=dict.fromkeys(("num_visible_APs", "timestamp", "x", "y", "z", "floorID"), pl.Float64()),
     access_points=re.compile(r"\d+"),
     access_point_name="ap{}",

@@ -1,4 +1,4 @@
-"""Trajectories in the TUM format, one file a session, from what ``process`` wrote."""
+"""Trajectories in the TUM format, one file for each session, from the output of ``process``."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ HOLDS = {
 
 
 def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
-    """Write the frames that have a position; sessions without any are left out and counted.
+    """Write the frames that have a position; sessions without any are skipped and counted.
 
-    Raises DatasetError where ``labels`` is no finished output of ``process``, or no session has a position.
+    Raises DatasetError if ``labels`` is not a finished output of ``process``, or no session has a position.
     """
     opened, left_out = shared_labels(labels, context)
     sessions = opened.sessions
@@ -34,7 +34,7 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         unmapped += not _write(session, folder)
         context.progress(session.slug, len(sessions))
     if unmapped == len(sessions):
-        raise DatasetError(f"{labels}: no session of it has a position; its report.html says why")
+        raise DatasetError(f"{labels}: none of its sessions has a position; report.html gives the reason")
     return (*left_out, *finding_if(unmapped, "unmapped_sessions", UNMAPPED))
 
 

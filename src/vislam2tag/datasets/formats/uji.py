@@ -1,7 +1,7 @@
-"""UJIIndoorLoc's wide tables (Torres-Sospedra et al., IPIN 2014): a column an access point, 100 where not heard.
+"""UJIIndoorLoc's wide tables (Torres-Sospedra et al., IPIN 2014): one column for each access point, 100 if not heard.
 
-``trainingData.csv`` and ``validationData.csv``; numbers stand for buildings, users and phones, which tables beside
-ours tell by name. Written piece by piece.
+``trainingData.csv`` and ``validationData.csv`` contain numbers for buildings, users and phones. Additional tables of
+this program contain their names. Written piece by piece.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ STRENGTH = strength_of(["uji"])
 """UJIIndoorLoc states levels from -104 to 0 dBm (Torres-Sospedra et al., IPIN 2014): 0 was measured there."""
 FILES = {TRAIN: "trainingData.csv", TEST: "validationData.csv"}
 ACCESS_POINTS_FILE = "access_points.csv"
-"""Ours, beside: the address and name of each access point's column."""
+"""Additional file of this program: the address and name of each access point's column."""
 _I64, _F64 = pl.Int64(), pl.Float64()
 TAIL: Mapping[str, pl.DataType] = {
     "LONGITUDE": _F64,
@@ -51,12 +51,12 @@ TAIL: Mapping[str, pl.DataType] = {
 
 @dataclass(frozen=True)
 class Numbering:
-    """The number of each name of one kind (``BUILDINGID``, ``USERID`` or ``PHONEID``) and the file that tells them."""
+    """The number of each name of one kind (``BUILDINGID``, ``USERID`` or ``PHONEID``), and the file with the names."""
 
     column: str
     file: str
     first: int
-    """Number of the first name; where it is 1, 0 stands for not known."""
+    """Number of the first name; if it is 1, 0 means unknown."""
 
 
 NUMBERINGS = {
@@ -72,7 +72,7 @@ _DATE = pl.from_epoch(_SECONDS, time_unit="s").dt.date()
 TABLES = FingerprintTables(
     SetDescription("uji", frame="metres, as LONGITUDE and LATITUDE are"),
     files=re.compile(r"trainingData\.csv|validationData\.csv", re.IGNORECASE),
-    none_found="holds neither trainingData.csv nor validationData.csv",
+    none_found="contains neither trainingData.csv nor validationData.csv",
     columns=TAIL,
     access_points=re.compile(r"WAP\d+"),
     needed=("LONGITUDE", "LATITUDE", "FLOOR"),
@@ -99,13 +99,13 @@ TABLES = FingerprintTables(
         ),
     },
 )
-"""Positions are metres; a session is what one user recorded with one phone in a building on a day."""
+"""Positions are metres; a session is the recording of one user with one phone in a building on one day."""
 
 
 def read(path: Path, context: ImportContext) -> Dataset:
-    """Read one or both files, and what the files beside them say that numbers stand for.
+    """Read one or both files, and the names of their numbers from additional files.
 
-    Raises DatasetError if a file is no such table.
+    Raises DatasetError if a file is not such a table.
     """
     folder = folder_of(path, context.scratch, context.most_unpacked)
     found = TABLES.rows(path, context)
@@ -117,7 +117,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
 
 def _named(folder: Path, name: str) -> pl.Expr:
-    """The names of buildings, users or phones by the file beside, else their numbers."""
+    """The names of buildings, users or phones from the additional file, else their numbers."""
     numbering = NUMBERINGS[name]
     file, number, names = folder / numbering.file, pl.col(numbering.column), dict[int, str]()
     if file.is_file():
@@ -169,10 +169,10 @@ HOLDS = {
 
 
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
-    """Write ``trainingData.csv`` and ``validationData.csv``, and what their numbers stand for.
+    """Write ``trainingData.csv`` and ``validationData.csv``, and the names of their numbers.
 
-    The wide matrix is made piece by piece. Raises DatasetError where no Wi-Fi fingerprint has a position, UsageError
-    for a split that is not there.
+    The wide matrix is made piece by piece. Raises DatasetError if no Wi-Fi fingerprint has a position, and UsageError
+    for an unknown split.
     """
     parts, chosen = writing.train_test_assignment(dataset, context)
     fingerprints, findings = writing.labelled_fingerprints(dataset, TECHNOLOGY, uncertain=False)
@@ -185,7 +185,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     numbered = transmitters.insert_column(0, pl.Series("column", columns, dtype=pl.String))
     write_csv(spreadsheet_escaped(numbered, formulas=context.escape_formulas), folder, ACCESS_POINTS_FILE)
     numbers = {name: _write_numbers(folder, name, fingerprints, context.escape_formulas) for name in NUMBERINGS}
-    level = pl.col("rssi_dbm")  # whole numbers, as phones give them, are written as such
+    level = pl.col("rssi_dbm")  # whole numbers, as phones report them, are written as whole numbers
     whole = dataset.readings.select((level == level.round()).all()).collect(engine="streaming").item()
     extra = parts.lazy().join(writing.with_unix_time(dataset), on="scan_id", how="left").collect(engine="streaming")
     lost = np.zeros(3, dtype=np.int64)

@@ -1,8 +1,8 @@
-"""Losses, breaks and slips of a tracker bridged by how the walker walked meanwhile (docs/explanation/smoother.md).
+"""Bridges tracking losses, breaks and slips with inertial sensors (docs/explanation/smoother.md).
 
-Inertial sensors give steps and turns, but for a heading and a scale, which the tracker's steps on both sides give. How
-far such a bridge leads astray is measured on the same walk: over stretches of the same duration that the tracker saw.
-Slips are where the ways of tracker and inertial sensors part although the tracker reports no loss.
+Inertial sensors give steps and turns up to a heading and a scale, which follow from the tracker's steps on both sides.
+The error of such a bridge is measured on the same walk, over stretches of equal duration that the tracker saw. Slips
+are detected where the paths of tracker and inertial sensors differ although the tracker reports no loss.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry, continuous_odometry
 
 WINDOW_S, HOP_S = 1.0, 0.25
-"""Ways are compared over windows so long, begun so often."""
+"""Length of the windows in which paths are compared, and interval of their starts."""
 NEIGHBOURS = 5
-"""So many windows on each side show heading and scale of the inertial path."""
+"""Number of windows on each side that give heading and scale of the inertial path."""
 LEAST_WAY_M2 = 2.0
-"""Of them, lengths squared and summed: a shorter way shows no heading."""
+"""Smallest sum of their squared lengths; a shorter path has no heading."""
 UNUSUAL = 6.0
-"""A slip leads farther off than this many times what such windows of the same walk usually do, per axis ..."""
+"""A slip is larger than this many times the usual error of such windows in the same walk, per axis ..."""
 LEAST_SLIP_M = 0.3
 """... and at least this far."""
 CLEAREST = 0.8
-"""Of windows one after the other those count that show nearly as much as the clearest one."""
+"""Of successive windows those count that show nearly as much as the clearest one."""
 MEDIAN_SIGMAS = 1.18
 """Median length of a normal error of two dimensions, in standard deviations per axis."""
 
@@ -39,9 +39,9 @@ MEDIAN_SIGMAS = 1.18
 def tracker_slips(
     time_s: FloatArray, tracker_path: ComplexArray, inertial_path: ComplexArray, sound: BoolArray
 ) -> list[tuple[slice, complex]]:
-    """Steps at which a tracker's path (n,) slipped against the inertial one (n,), and by how much, complex metres.
+    """Steps at which a tracker's path (n,) slipped against the inertial one (n,), and the slips, complex metres.
 
-    ``sound`` (n - 1,) are the steps that both show. Slips that last longer than a window are not found.
+    ``sound`` (n - 1,) are the steps that both show. Slips that last longer than a window are not detected.
     """
     start_s = np.arange(time_s[0], time_s[-1] - WINDOW_S, HOP_S)
     end_s = start_s + WINDOW_S
@@ -68,7 +68,7 @@ def tracker_slips(
 
 
 def _sum_of_neighbours(values: ComplexArray) -> ComplexArray:
-    """Sums (m,) of values (m,) of the neighbours of each window that do not overlap it nor one another."""
+    """Sums (m,) of values (m,) of the neighbours of each window that overlap neither it nor one another."""
     hops = round(WINDOW_S / HOP_S)
     padded = np.pad(values, NEIGHBOURS * hops)
     shifts = [NEIGHBOURS * hops + side * hops * number for number in range(1, NEIGHBOURS + 1) for side in (-1, 1)]
@@ -76,21 +76,21 @@ def _sum_of_neighbours(values: ComplexArray) -> ComplexArray:
 
 
 CHUNK_S, CHUNKS = 1.0, 5
-"""So long, and so many times so long, a tracker's path is compared with the inertial one on each side of a bridge."""
+"""Length and number of the chunks in which both paths are compared on each side of a bridge."""
 LEAST_WAY_M = 1.5
-"""A shorter way there shows no heading."""
+"""A shorter path has no heading."""
 FEWEST_TRIALS = 8
-"""A bridge is not believed before it was tried so often on the same walk."""
+"""Number of trials on the same walk that a bridge needs."""
 MOST_TRIALS, LEAST_APART_S = 200, 0.5
 FOUND_M, FOUND_DOF = 0.5, 2.0
-"""How far per axis a tracker is usually off that finds itself again after a loss; with the degrees of freedom of
-Student's t, since it may be in another map."""
+"""Usual error per axis of a tracker that resumes after a loss, with the degrees of freedom of Student's t, because it
+may be in another map."""
 
 
 @dataclass(frozen=True)
 class WalkerMotion:
-    """Inertial sensors at ``n`` frames: ``path`` (n,) complex metres, of unknown scale, in a frame that the gyroscope
-    holds still; ``known`` (n - 1,) mask of the steps with readings.
+    """Inertial sensors at ``n`` frames: ``path`` (n,) complex metres, of unknown scale, in a frame that is fixed by the
+    gyroscope; ``known`` (n - 1,) mask of the steps with readings.
     """
 
     path: ComplexArray
@@ -98,7 +98,7 @@ class WalkerMotion:
 
     @classmethod
     def of(cls, log: InertialLog, time_ns: IntArray) -> WalkerMotion | None:
-        """Take it out of a walk's readings, at times (n,) that increase; None if they show nothing."""
+        """Compute it from a walk's readings, at increasing times (n,); None if the readings are insufficient."""
         signals = WalkSignals.of(log)
         if signals is None:
             return None
@@ -116,10 +116,10 @@ class WalkerMotion:
 def bridged_observations(
     camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False, surveyed: Collection[str] = ()
 ) -> WalkObservations:
-    """Reduce a session with two or more usable frames, as the smoother wants it, its losses bridged.
+    """Reduce a session with two or more usable frames for the smoother, with bridged losses.
 
-    With ``slips`` the inertial sensors also show where the tracker may have slipped; ``surveyed`` landmarks count most
-    where there are more than can be solved for.
+    With ``slips`` possible slips of the tracker are also detected. If there are more landmarks than can be solved for,
+    ``surveyed`` ones have priority.
     """
     odometry = continuous_odometry(camera, log)
     asked = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
@@ -132,7 +132,7 @@ def bridged_observations(
 
 
 def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
-    """Doubt the steps of n frames' odometry over which the tracker may have slipped: landmarks tell whether it did."""
+    """Mark the steps of n frames' odometry over which the tracker may have slipped; landmarks decide whether it did."""
     sound = motion.known & (odometry.jump_m2 == 0) & (odometry.jump_rad2 == 0)
     doubt = odometry.doubt.copy()
     for steps, off in tracker_slips(odometry.time_s, odometry.path, motion.path, sound):
@@ -142,9 +142,9 @@ def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
 
 
 def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
-    """Lay the inertial path into the stretches of n frames' odometry that the tracker does not show.
+    """Put the inertial path into the stretches of n frames' odometry that the tracker does not show.
 
-    Tracker and bridge are combined by their variances; odometry without such stretches stays as it is.
+    Tracker and bridge are combined by their variances; odometry without such stretches is unchanged.
     """
     walk = _TwoPaths(odometry, motion)
     step, inertial_step, dt = np.diff(odometry.path), np.diff(motion.path), np.diff(odometry.time_s)
@@ -179,9 +179,9 @@ def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:
 
 
 def _bridge_turn(inertial_rad: float, inertial_variance: float, jump_rad2: FloatArray) -> tuple[float, FloatArray]:
-    """How far the tracker's map turned over a stretch, rad, and the variances (k,) that are left of ``jump_rad2`` (k,).
+    """Turn of the tracker's map over a stretch, rad, and the variances (k,) that remain of ``jump_rad2`` (k,).
 
-    The inertial sensors show a turn, with a variance; the tracker allows any, within its own variance.
+    The inertial sensors measure the turn with a variance; the tracker allows any turn within its own variance.
     """
     turn_variance = float(jump_rad2.sum())
     gain = _gain(turn_variance, inertial_variance)
@@ -189,7 +189,7 @@ def _bridge_turn(inertial_rad: float, inertial_variance: float, jump_rad2: Float
 
 
 def _found_again_m2(tracker: ComplexArray, inertial: ComplexArray) -> float:
-    """Variance of a tracker's way, steps (k,), over a loss after which it finds itself again; inertial steps (k,)."""
+    """Variance of a tracker's path, steps (k,), over a loss after which it resumes; inertial steps (k,)."""
     apart_m2 = abs(complex(tracker.sum()) - inertial.sum()) ** 2
     return float((apart_m2 + FOUND_DOF * FOUND_M**2) / (FOUND_DOF + 2))
 
@@ -199,7 +199,7 @@ def _bridge_steps(
 ) -> tuple[ComplexArray, float]:
     """Steps (k,) over a stretch by those of tracker and inertial sensors (k,), and the variance of their sum.
 
-    Both sums are combined by their variances; what the inertial one misses is spread over the steps by their ``share``.
+    Both sums are combined by their variances; the correction of the inertial sum is spread over the steps by ``share``.
     """
     gain = _gain(step_variance, inertial_variance)
     missing = (complex(tracker.sum()) - inertial.sum()) * (1 - gain)
@@ -223,11 +223,11 @@ class _TwoPaths:
         self._errors: dict[int, tuple[float, float] | None] = {}
 
     def errors(self, duration_s: float) -> tuple[float, float] | None:
-        """Mean squares of how far bridges of one duration lead astray, per axis, and of how they turn, if the tracker
-        saw the way; None where that cannot be tried at all.
+        """Mean squares of the errors of bridges of one duration, per axis, and of their turns, on stretches that the
+        tracker saw; None if no trial is possible.
 
-        Where too few can be tried, those of half the duration tell: a heading that drifts leads astray by the time's
-        power of 3 / 2, and drifts by its root.
+        If there are too few trials, those of half the duration are scaled: the error from a drifting heading grows with
+        the power 3 / 2 of the time, and the drift with its root.
         """
         tenths = max(round(10 * duration_s), 1)
         if tenths not in self._errors:
@@ -257,16 +257,16 @@ class _TwoPaths:
         return float(place_m2[tried].mean()), float(turn_rad2[tried].mean())
 
     def factors(self, starts: IntArray, stops: IntArray) -> tuple[ComplexArray, ComplexArray]:
-        """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN: not known.
+        """Factors (k,) from the inertial path to the tracker's before and after stretches (k,); NaN if unknown.
 
-        A side on which the factor is not known takes the other's.
+        A side without a factor gets that of the other side.
         """
         known = self._unknown_until[stops] == self._unknown_until[starts]
         before, after = (np.where(known, self._side(*at), np.nan) for at in ((starts, -1), (stops, 1)))
         return np.where(np.isnan(before), after, before), np.where(np.isnan(after), before, after)
 
     def _side(self, frames: IntArray, side: int) -> ComplexArray:
-        """Factors (k,) from the inertial path to the tracker's on a side (-1, 1) of frames (k,); NaN: not known."""
+        """Factors (k,) from the inertial path to the tracker's on a side (-1, 1) of frames (k,); NaN if unknown."""
         edges_s = self._time_s[frames, None] + side * CHUNK_S * np.arange(CHUNKS + 1)
         edges = np.searchsorted(self._time_s, edges_s).clip(0, len(self._time_s) - 1)
         kept = (edges_s >= 0) & (edges_s <= self._time_s[-1])

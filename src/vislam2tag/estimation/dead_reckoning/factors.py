@@ -1,21 +1,25 @@
 """The least-squares problem of a walk without a tracker, linearised about a path.
 
-Unknown at each node ``k`` are the position ``z``, complex metres; the logarithm ``s`` of the walker's scale; the
-heading ``h`` of the gyroscope's frame, rad; and the offset ``o``, rad, by which the walker goes beside where the phone
-points: a body and a phone do not turn as one, but soon they agree again. With ``u`` the sensors' motion between nodes,
-residuals and their laws are:
+The unknowns at each node ``k`` are:
 
-    motion  z[k+1] - z[k] - exp(s[k] + i (h[k] + o[k])) u[k],  normal
-            s[k+1] - s[k],  h[k+1] - h[k],  o[k+1] - kept[k] o[k]
-    start   s[0]                        Student's t: few walkers differ much from those of whom the speed was learned
-            o[0]                        normal
-    north   h[k] - the phone's own heading,  Student's t
-    walls   how far z[k] is beyond where people walk,  Student's t
-    lines   how far z[k] is aside of the ways of other walks,  Student's t
-    fixes   z[k] - the fix's place,  Student's t
+- the position ``z``, complex metres;
+- the logarithm ``s`` of the walker's scale;
+- the heading ``h`` of the gyroscope's frame, rad;
+- the offset ``o``, rad, between the direction of walking and that of the phone.
 
-What lasts for a while (north, walls, lines) counts at each node as the part of one independent observation that the
-node's time is of that while. docs/results/how-good.md calibrates the constants.
+With ``u`` the sensors' motion between nodes, the residuals and their distributions are:
+
+    motion:  z[k+1] - z[k] - exp(s[k] + i (h[k] + o[k])) u[k],  normal
+             s[k+1] - s[k],  h[k+1] - h[k],  o[k+1] - kept[k] o[k]
+    start:   s[0]                        Student's t: few walkers differ much from those in the speed model's data
+             o[0]                        normal
+    north:   h[k] - the phone's own heading,  Student's t
+    walls:   distance of z[k] beyond the walkable area,  Student's t
+    lines:   lateral distance of z[k] from the paths of other walks,  Student's t
+    fixes:   z[k] - the fix's place,  Student's t
+
+Errors that last for a while (north, walls, lines) count at each node as a part of one independent observation: the
+node's time divided by that duration. docs/results/how-good.md calibrates the constants.
 """
 
 from __future__ import annotations
@@ -33,7 +37,7 @@ from vislam2tag.estimation.least_squares import NormalEquations
 
 STATES = 5
 SCALE, HEADING, OFFSET = 2, 3, 4
-"""x, y, scale, heading and offset: how many, and which are which."""
+"""Number of unknowns (x, y, scale, heading and offset), and indices."""
 UNIT = np.eye(STATES)
 FIX_DOF = 5.0
 NORTH_DOF = 3.0
@@ -42,53 +46,53 @@ SCALE_DOF = 3.0
 LINE_DOF = 3.0
 """Degrees of freedom of the Student-t distributions."""
 STEP_NOISE = 0.1
-"""Random part of the motion, phone held still: metres per square root of a second for each m/s of speed."""
+"""Random part of the motion for a still phone: metres per square root of a second for each m/s of speed."""
 START_S = 2.0
-"""How long the first steps of a recording tell less than others, seconds ..."""
+"""Duration of the less accurate first steps of a recording, seconds ..."""
 START_NOISE = 4.0
-"""... and how much random motion they add (squares add up), in parts of the usual."""
+"""... and their additional random motion (squares add up), as a multiple of the usual."""
 SWING_NOISE = 3.0
-"""How much random motion and drift a phone adds that swings, in a hand or on a thigh, in parts of the usual."""
+"""Additional random motion and drift of a phone that swings, in a hand or on a thigh, as a multiple of the usual."""
 SCALE_SIGMA = 0.05
 """Relative error of a walker's speed, one standard deviation; some differ by much more (Student-t)."""
 SCALE_NOISE = 0.01
-"""How much it changes: relative, per square root of a second."""
+"""Change of this error: relative, per square root of a second."""
 HEADING_NOISE_RAD = 0.03
-"""Drift of the heading, phone held still, rad per square root of a second."""
+"""Drift of the heading of a still phone, rad per square root of a second."""
 OFFSET_NOISE = 0.35
-"""How far walkers go beside where the phone points after a turn: rad for one of one rad, growing as its root."""
+"""Offset between walker and phone after a turn: rad for a turn of one rad, growing with its root."""
 OFFSET_MEMORY_S = 1.5
-"""How long that lasts, seconds."""
+"""Duration of this offset, seconds."""
 NORTH_SIGMA_RAD = 0.26
 """Error of the phone's own heading against the plan's north, one standard deviation, rad."""
 NORTH_MEMORY_S = 6.0
-"""How long such an error lasts, seconds."""
+"""Duration of such an error, seconds."""
 WALL_SIGMA_M = 1.0
-"""How far walkers go beyond their usual distance from walls, or a plan is off, one standard deviation, metres."""
+"""Standard deviation of walkers beyond their usual distance from walls, and of errors of the plan, metres."""
 WALL_MEMORY_S = 2.0
-"""How long that lasts, seconds."""
+"""Duration of this deviation, seconds."""
 STANDING_NOISE_M = 0.01
-"""Random part of the motion of somebody who stands, metres per square root of a second."""
+"""Random part of the motion while standing, metres per square root of a second."""
 LEAST_NOISE_M = 1e-3
 OFFSET_RAD = 0.1
-"""How far a walker goes beside where the phone points when a recording begins, one standard deviation."""
+"""Standard deviation of the offset between walker and phone at the start of a recording."""
 UNKNOWN_M_S = 1.5
-"""How fast somebody may walk while there are no readings."""
+"""Speed that is possible in gaps between readings."""
 LOOSE = np.diag((1e-8, 1e-8, 0.0, 1e-4, 0.0))
-"""Weights that keep what nothing ties regular: 10 km, 100 rad."""
+"""Weights that keep unconstrained unknowns regular: 10 km, 100 rad."""
 HOP_S = 0.5
 CLOSE_S = 0.05
-"""So near to a fix no further node is made: stretches must not be short."""
+"""No other node is made this close to a fix, because stretches must not be short."""
 
 
 @dataclass(frozen=True)
 class Nodes:
     """``k`` moments of a walk and the k - 1 stretches between them.
 
-    ``time_s`` (k,); ``motion`` (k - 1,) complex metres, in a frame that the gyroscope holds still; ``length_m``
-    (k - 1,) of the way; ``turn_rad`` (k - 1,) how far the phone turned, either way; ``known`` (k - 1,) mask of the
-    stretches without a gap in the readings; ``drift_rad`` (k,) the phone's own heading less the gyroscope's, NaN where
-    it has none; ``swinging`` (k - 1,) from 0, the phone is held still, to 1.
+    ``time_s`` (k,) are the moments. ``motion`` (k - 1,) is in complex metres, in a frame that is fixed by the
+    gyroscope, and ``length_m`` (k - 1,) the length of the path. ``turn_rad`` (k - 1,) is the absolute turn of the
+    phone, ``known`` (k - 1,) a mask of the stretches without a gap in the readings. ``drift_rad`` (k,) is the phone's
+    own heading minus the gyroscope's, NaN if it has none; ``swinging`` (k - 1,) is from 0 (still phone) to 1.
     """
 
     time_s: FloatArray
@@ -108,7 +112,7 @@ class Nodes:
         speed_m_s: FloatArray,
         at_s: FloatArray,
     ) -> Nodes:
-        """Sum the motion up between nodes: two a second, and one at each of the moments ``at_s`` within the walk."""
+        """Sum up the motion between nodes: two in a second, and one at each of the moments ``at_s`` within the walk."""
         end_s = signals.time_s[-1]
         regular = np.concatenate((np.arange(0, end_s - CLOSE_S, HOP_S), [end_s]))
         apart = np.abs(regular[:, None] - at_s).min(axis=1, initial=np.inf) > CLOSE_S
@@ -129,7 +133,7 @@ class Nodes:
 
     @property
     def raw(self) -> ComplexArray:
-        """(k,) the path from the start as the sensors have it, complex metres."""
+        """(k,) the path from the start by the sensors alone, complex metres."""
         return np.concatenate(([0.0], np.cumsum(self.motion)))
 
     def index_of(self, time_s: FloatArray) -> IntArray:
@@ -140,8 +144,8 @@ class Nodes:
 @dataclass(frozen=True)
 class PathState:
     """Unknowns at ``k`` nodes: ``position`` (k,) complex metres in the BCS, ``scale`` (k,) its logarithm,
-    ``heading_rad`` (k,) of the gyroscope's frame in the BCS, ``offset_rad`` (k,) how far to the left of it the walker
-    goes.
+    ``heading_rad`` (k,) of the gyroscope's frame in the BCS, ``offset_rad`` (k,) of the direction of walking, to the
+    left.
     """
 
     position: ComplexArray
@@ -151,7 +155,7 @@ class PathState:
 
     @classmethod
     def of_columns(cls, columns: FloatArray) -> PathState:
-        """The state whose x, y, scale, heading and offset are these columns (k, 5)."""
+        """Make the state from columns (k, 5): x, y, scale, heading and offset."""
         x, y, scale, heading, offset = columns.T
         return cls(x + 1j * y, scale, heading, offset)
 
@@ -162,14 +166,14 @@ class PathState:
         return np.column_stack((at.real, at.imag, self.scale, self.heading_rad, self.offset_rad))
 
     def moved(self, motion: ComplexArray) -> ComplexArray:
-        """The sensors' motion (k - 1,) between nodes as scale, heading and offset have it, complex metres."""
+        """The sensors' motion (k - 1,) between nodes with scale, heading and offset applied, complex metres."""
         return np.asarray(np.exp(self.scale + 1j * (self.heading_rad + self.offset_rad))[:-1] * motion)
 
 
 @dataclass(frozen=True)
 class WalkFixes:
-    """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` usual,
-    ``share`` (f,) or 1: each fix's in parts of the usual.
+    """Fixes of a walk: ``node`` (f,) index, ``position`` (f,) complex metres in the BCS, ``sigma_m`` usual standard
+    deviation, ``share`` (f,) or 1: that of each fix as a multiple of it.
     """
 
     node: IntArray
@@ -185,9 +189,9 @@ class WalkFixes:
 
 @dataclass(frozen=True)
 class MotionFactor:
-    """Ties each node to the next one by ``residual`` (k - 1, 5), expected 0 with ``precision`` (k - 1, 5).
+    """Connects each node to the next one by ``residual`` (k - 1, 5), expected 0 with ``precision`` (k - 1, 5).
 
-    ``before`` (k - 1, 5, 5) is its slope by the state before; that by the state after is 1.
+    ``before`` (k - 1, 5, 5) is its derivative by the state before; that by the state after is 1.
     """
 
     residual: FloatArray
@@ -196,16 +200,16 @@ class MotionFactor:
 
     @property
     def cost(self) -> float:
-        """Minus twice the logarithm of the likelihood, but for what no state changes."""
+        """Minus twice the logarithm of the likelihood, up to a constant."""
         return float((self.precision * self.residual**2).sum())
 
 
 @dataclass(frozen=True)
 class NodeFactor:
-    """Ties single nodes by errors ``error`` (r,) that are expected 0, with ``weight`` (r,), their robust precisions.
+    """Constrains single nodes by errors ``error`` (r,) with expectation 0 and robust precisions ``weight`` (r,).
 
-    ``slope`` (r, 5) is that of the error by the node's state; ``node`` (r,) index, or None: one error for each node.
-    ``cost`` is minus twice the logarithm of their likelihood, but for what no state changes.
+    ``slope`` (r, 5) is the error's derivative by the node's state; ``node`` (r,) index, or None: one error for each
+    node. ``cost`` is minus twice the logarithm of their likelihood, up to a constant.
     """
 
     error: FloatArray
@@ -218,10 +222,10 @@ class NodeFactor:
 def student_t(
     squared: FloatArray, dof: float, share: FloatArray | float = 1.0, dimensions: int = 1
 ) -> tuple[FloatArray, float]:
-    """Factors (r,) of the precisions of errors by Student's t with ``dof`` degrees of freedom, and their cost.
+    """Factors (r,) on the precisions of errors by Student's t with ``dof`` degrees of freedom, and their cost.
 
-    ``squared`` (r,) are the errors' squares in units of their usual variances, each of so many ``dimensions``; each
-    counts for ``share`` (r,) of an observation.
+    ``squared`` (r,) are the errors' squares in units of their usual variances, each of ``dimensions`` numbers; each
+    counts as ``share`` (r,) of an observation.
     """
     counts = share * (dof + dimensions)
     return np.asarray(counts / (dof + squared)), float((counts * np.log1p(squared / dof)).sum())
@@ -229,7 +233,7 @@ def student_t(
 
 @dataclass(frozen=True)
 class PathModel:
-    """The motion between nodes with the variances of its errors, and what else is known of the path."""
+    """The motion between nodes with the variances of its errors, and the other constraints of the path."""
 
     nodes: Nodes
     walls: Walls | None = None
@@ -255,19 +259,19 @@ class PathModel:
 
     @property
     def kept(self) -> FloatArray:
-        """(k - 1,) the part of an offset that is left after each stretch."""
+        """(k - 1,) share of an offset that remains after each stretch."""
         return np.exp(-np.diff(self.nodes.time_s) / OFFSET_MEMORY_S)
 
     def _share(self, memory_s: float) -> FloatArray:
-        """(k,) parts of one independent observation that each node has of errors that last so long."""
+        """(k,) share of an independent observation at each node, for errors of this duration."""
         return np.asarray(np.gradient(self.nodes.time_s) / memory_s)
 
     def scatter(self, state: PathState) -> FloatArray:
-        """(k,) how far fixes scatter where a path leads, in parts of the usual: between walls there is less room."""
+        """(k,) scatter of fixes along a path, as a multiple of the usual; there is less room between walls."""
         return np.ones(len(state.scale)) if self.walls is None else self.walls.scatter(state.position)
 
     def motion(self, state: PathState) -> MotionFactor:
-        """What the sensors say of the way between nodes."""
+        """Motion of the sensors between nodes."""
         moved = state.moved(self.nodes.motion)
         step = np.diff(state.position) - moved
         offset = state.offset_rad[1:] - self.kept * state.offset_rad[:-1]
@@ -280,7 +284,7 @@ class PathModel:
         return MotionFactor(residual, before, self.precision)
 
     def start(self, state: PathState) -> NodeFactor:
-        """How a walk begins: a walker of usual speed who goes about where the phone points."""
+        """Start of a walk: usual speed, direction of the phone."""
         error = np.array((state.scale[0], state.offset_rad[0]))
         squared = (error / (self.scale_sigma, OFFSET_RAD)) ** 2
         factor, cost = student_t(squared[:1], SCALE_DOF)
@@ -288,7 +292,7 @@ class PathModel:
         return NodeFactor(error, UNIT[[SCALE, OFFSET]], weight, cost + float(squared[1]), np.zeros(2, dtype=np.int64))
 
     def north(self, state: PathState) -> NodeFactor:
-        """The heading by the phone's own; nothing where it has none."""
+        """The heading by the phone's own; empty if it has none."""
         drift_rad, sigma_rad = self.nodes.drift_rad, NORTH_SIGMA_RAD
         off = wrapped(state.heading_rad - np.nan_to_num(drift_rad))
         share = np.where(np.isfinite(drift_rad), self._share(2 * self.north_memory_s), 0.0)
@@ -296,19 +300,19 @@ class PathModel:
         return NodeFactor(off, np.tile(UNIT[HEADING], (len(off), 1)), factor / sigma_rad**2, cost)
 
     def keeping_off(self, walls: Walls, state: PathState) -> NodeFactor:
-        """How far the path is beyond where people walk between ``walls``."""
+        """Distance of the path beyond the walkable area between ``walls``."""
         beyond, away = walls.beyond(state.position)
         factor, cost = student_t((beyond / WALL_SIGMA_M) ** 2, WALL_DOF, self._share(WALL_MEMORY_S))
         return NodeFactor(beyond, _in_plane(away), np.where(beyond > 0, factor, 0.0) / WALL_SIGMA_M**2, cost)
 
     def along(self, lines: SharedLines, state: PathState) -> NodeFactor:
-        """How far the path leads aside of the ways of other walks."""
+        """Lateral distance of the path from the paths of other walks."""
         aside = lines.distance_m(state.position)
         factor, cost = student_t(aside**2 * lines.precision, LINE_DOF, self._share(MEMORY_S))
         return NodeFactor(aside, _in_plane(as_points(lines.normal)), factor * lines.precision, cost)
 
     def node_factors(self, state: PathState, fixes: WalkFixes) -> list[NodeFactor]:
-        """All that ties single nodes."""
+        """All constraints of single nodes."""
         factors = [self.start(state), self.north(state)]
         if self.walls is not None:
             factors.append(self.keeping_off(self.walls, state))
@@ -317,7 +321,7 @@ class PathModel:
         return [*factors, fixed(state, fixes)]
 
     def equations(self, state: PathState, fixes: WalkFixes) -> NormalEquations:
-        """Linearise about a state: the solution is by how much it must change."""
+        """Linearise about a state; the solution is the change of the state."""
         count, motion = len(state.scale), self.motion(state)
         diagonal, right = np.tile(LOOSE, (count, 1, 1)), np.zeros((count, STATES))
         upper = (motion.precision[:, :, None] * motion.before).transpose(0, 2, 1)
@@ -338,12 +342,12 @@ class PathModel:
         return NormalEquations(diagonal, upper, np.zeros((count, STATES, 0)), np.zeros((0, 0)), right, np.zeros(0))
 
     def cost(self, state: PathState, fixes: WalkFixes) -> float:
-        """Minus twice the logarithm of the likelihood, but for what no state changes."""
+        """Minus twice the logarithm of the likelihood, up to a constant."""
         return self.motion(state).cost + sum(factor.cost for factor in self.node_factors(state, fixes))
 
 
 def fixed(state: PathState, fixes: WalkFixes) -> NodeFactor:
-    """How far the path is from its fixes, east of all and then north of all."""
+    """Differences between path and fixes, x of all, then y of all."""
     error = state.position[fixes.node] - fixes.position
     factor, cost = student_t(np.abs(error / fixes.each_sigma_m) ** 2, FIX_DOF, dimensions=2)
     weight, slope = np.tile(factor / fixes.each_sigma_m**2, 2), np.repeat(UNIT[:2], len(error), axis=0)
@@ -351,5 +355,5 @@ def fixed(state: PathState, fixes: WalkFixes) -> NodeFactor:
 
 
 def _in_plane(slope: FloatArray) -> FloatArray:
-    """Slopes (r, 5) by a state of what depends on its position alone, by ``slope`` (r, 2)."""
+    """Derivatives (r, 5) by a state, from derivatives ``slope`` (r, 2) by its position."""
     return np.pad(slope, ((0, 0), (0, STATES - 2)))

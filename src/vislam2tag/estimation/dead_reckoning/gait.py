@@ -1,10 +1,10 @@
-"""How somebody walks: features of short windows, the speed from them, and the direction against where the phone points.
+"""Gait: features of short windows, the speed from them, and the direction of walking against that of the phone.
 
-A phone in a pocket does not look ahead, but its gait shows the way. With each step a body is pushed forwards and
-upwards, one after the other. Where the horizontal acceleration that goes with the vertical one points is the direction
-of walking in the phone's own frame (as in pedestrian dead reckoning since Kunze et al. 2009, there by principal
-components, which do not distinguish ahead from behind). On a thigh, the swing of the leg is stronger than that: a thigh
-turns about the line across the way, and quicker ahead than back.
+The gait shows the direction of walking even for a phone in a pocket. Each step pushes the body upwards and forwards,
+one after the other. The horizontal acceleration in phase with the vertical one points in the direction of walking, in
+the phone's frame. (Pedestrian dead reckoning since Kunze et al. 2009 uses principal components, which do not
+distinguish forward from backward.) On a thigh the swing of the leg is stronger: a thigh turns about the lateral axis,
+and faster forward than backward.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from vislam2tag.estimation.dead_reckoning.signals import BAND_HZ, FORWARD, RATE_
 WINDOW_S = 2.0
 HOP_S = 0.25
 SLOW_HZ = 0.4
-"""Slower changes are gravity's and the sensors' own."""
+"""Slower changes are from gravity and sensor drift."""
 CADENCE_HZ = (1.2, 2.8)
-"""Where the steps' frequency is looked for; what is found is kept within :data:`CADENCE_RANGE_HZ`."""
+"""Range in which the step frequency is searched; the result is limited to :data:`CADENCE_RANGE_HZ`."""
 CADENCE_RANGE_HZ = (1.3, 2.6)
 SPECTRUM = 512
 STANDING_M_S2 = 0.6
-"""Vertical acceleration (root mean square) below which somebody rather stands."""
+"""Vertical acceleration (root mean square) below which a person probably stands."""
 SWINGING_RAD_S = 0.9
-"""A phone that tilts to and fro by more (root mean square) swings in a hand rather than being looked at."""
+"""A phone that tilts by more (root mean square) swings in a hand instead of being looked at."""
 _SHAPES = (
     "one",
     "cadence",
@@ -48,13 +48,13 @@ _SHAPES = (
     "skewness",
 )
 NAMES = (*_SHAPES, *(f"{name}, swinging" for name in _SHAPES))
-"""Each number counts for a quiet phone or for a swinging one: the speeds that it tells of differ."""
+"""Features of a still phone, then of a swinging one, because their relations to speed differ."""
 
 
 @dataclass(frozen=True)
 class WindowFeatures:
-    """``time_s`` (m,) the windows' middles; ``values`` (m, 28) by :data:`NAMES`; ``moving`` (m,) from 0, standing, to
-    1; ``swinging`` (m,) from 0, a phone held still, to 1.
+    """``time_s`` (m,) middles of the windows; ``values`` (m, 28) by :data:`NAMES`; ``moving`` (m,) from 0 (standing) to
+    1; ``swinging`` (m,) from 0 (still phone) to 1.
     """
 
     time_s: FloatArray
@@ -64,7 +64,7 @@ class WindowFeatures:
 
     @classmethod
     def of(cls, signals: WalkSignals, up: FloatArray) -> WindowFeatures:
-        """Describe the two seconds around every quarter of a second; ``up`` (n, 3) is a unit vector."""
+        """Compute features of the two seconds around every quarter of a second; ``up`` (n, 3) is a unit vector."""
         middle = np.arange(0, len(up), round(HOP_S * RATE_HZ))
         taper = np.hanning(round(WINDOW_S * RATE_HZ) + 2)[1:-1]
         taper /= taper.sum()
@@ -118,12 +118,12 @@ def _log_rms(power: FloatArray) -> FloatArray:
 
 
 def _rather(log_rms: FloatArray, limit: float) -> FloatArray:
-    """From 0, far below the limit, to 1, far above it."""
+    """From 0 (far below the limit) to 1 (far above it)."""
     return np.asarray(1 / (1 + np.exp(-4 * (log_rms - np.log(limit)))))
 
 
 def _spectrum(windows: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Steps a second (m,) of tapered windows (m, w), and (m, 3) shares of power: their peak, harmonic, slow part."""
+    """Step frequency (m,) of tapered windows (m, w), and shares of power (m, 3): peak, harmonic, slow part."""
     spectrum = np.fft.rfft(windows, SPECTRUM, axis=1)
     power = spectrum.real**2 + spectrum.imag**2
     frequency = np.fft.rfftfreq(SPECTRUM, 1 / RATE_HZ)
@@ -140,7 +140,7 @@ def _spectrum(windows: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 COEFFICIENTS = "speed_model.json"
-"""File of the package with the coefficients, and what they were learned from."""
+"""File of the package with the coefficients and their training data."""
 FASTEST_M_S = 3.0
 
 
@@ -151,39 +151,40 @@ class SpeedModel:
     coefficients: FloatArray
 
     def speed_m_s(self, features: WindowFeatures, time_s: FloatArray) -> FloatArray:
-        """Speed (n,) at the moments ``time_s`` (n,) of a walk."""
+        """Speed (n,) at the moments ``time_s`` (n,) of a walk, m/s."""
         window = (features.values @ self.coefficients).clip(0, FASTEST_M_S) * features.moving
         return np.asarray(np.interp(time_s, features.time_s, window))
 
 
 @cache
 def speed_model() -> SpeedModel:
-    """The model that comes with the package."""
+    """The model of the package."""
     record = json.loads(files(__package__).joinpath(COEFFICIENTS).read_text(encoding="utf-8"))
     return SpeedModel(np.array([record["coefficients"][name] for name in NAMES]))
 
 
 DELAY_RAD = np.radians(75)
-"""So far in a step the horizontal acceleration that points one way lies behind the vertical one ..."""
+"""Phase by which the horizontal acceleration in one direction is behind the vertical one ..."""
 AHEAD_RAD = np.radians(156)
-"""... and so it points, seen from where a walker looks: both on the 60 walks of site 1, floor F1, phone in the hand."""
+"""... and its direction relative to the walker's view; both from the 60 walks of site 1, floor F1, phone in the
+hand."""
 GAIT_WINDOW_S = 4.0
 FEWEST_WINDOWS = 4
 ALIKE = 0.85
-"""Windows must agree so well (length of their mean direction): where they did on 86 real walks, phones in the hand, the
-gait was never more than 31 degrees off."""
+"""Required agreement of windows (length of their mean direction). On 86 real walks with this agreement, phones in the
+hand, the gait had errors of at most 31 degrees."""
 LEAST_TURN_RAD = 0.8
-"""A phone in the hand points ahead as well as the gait tells."""
+"""For smaller angles a phone in the hand is assumed to point forward."""
 LEG_RAD_S = 1.2
-"""A phone on a thigh tilts to and fro by more (root mean square) ..."""
+"""A phone on a thigh tilts by more than this (root mean square) ..."""
 ABOUT_ONE_AXIS = 0.6
 """... about one axis (length of the mean of its doubled directions, weighted by power) ..."""
 LOPSIDED = 0.3
-"""... and so unevenly (skewness): legs swing ahead in two fifths of a stride. Of 60 hands three swung as much."""
+"""... and unevenly (skewness): legs swing forward in two fifths of a stride. Three of 60 hands swung as much."""
 
 
 def turned_by_gait(signals: WalkSignals, up: FloatArray, features: WindowFeatures) -> float:
-    """How far anticlockwise of where the phone points somebody walks, rad; 0 where no gait says that they differ.
+    """Angle from the phone's direction to that of walking, counter-clockwise, rad; 0 if no gait shows a difference.
 
     ``up`` (n, 3) is a unit vector in the device's axes.
     """
@@ -199,9 +200,9 @@ def turned_by_gait(signals: WalkSignals, up: FloatArray, features: WindowFeature
 
 
 def _ahead_by_swing(tilting: ComplexArray) -> complex:
-    """Where a leg's walker goes, by its turning (n,) about level axes, rad/s; 0 where no leg swings.
+    """Direction of walking from the turning (n,) of a leg about level axes, rad/s; 0 if no leg swings.
 
-    What swings along where the phone points may be a hand, which then points ahead.
+    A swing along the phone's direction may be that of a hand, which then points forward.
     """
     if not len(tilting):
         return 0.0
@@ -220,7 +221,7 @@ def _ahead_by_swing(tilting: ComplexArray) -> complex:
 def _ahead_by_push(
     signals: WalkSignals, up: FloatArray, forward: FloatArray, left: FloatArray, moving: BoolArray
 ) -> complex:
-    """Where the steps push; 0 where windows disagree, or few have steps."""
+    """Direction in which the steps push; 0 if windows disagree, or few have steps."""
     length = round(GAIT_WINDOW_S * RATE_HZ)
     count = len(up) // length
     if count < FEWEST_WINDOWS:
@@ -239,5 +240,5 @@ def _ahead_by_push(
 
 
 def _level(values: FloatArray, forward: FloatArray, left: FloatArray) -> ComplexArray:
-    """The level part (n,) of vectors (n, 3): real where the phone points, imaginary to the left of that."""
+    """The level part (n,) of vectors (n, 3): real in the phone's direction, imaginary to its left."""
     return np.asarray(np.einsum("ni,ni->n", values, forward) + 1j * np.einsum("ni,ni->n", values, left))

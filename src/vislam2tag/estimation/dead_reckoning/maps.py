@@ -1,8 +1,8 @@
-"""What else than sensors and fixes says where a walk led: the walls of a plan, and the ways of other walks.
+"""Constraints of a walk besides sensors and fixes: the walls of a plan, and the paths of other walks.
 
-Where others walked the same corridor lengthwise, a walk is drawn onto their way sideways. Only the offset across the
-way is taken from others, never a place along it, and no fix of theirs: so nothing attracts a walk to where others
-tapped.
+In a corridor that others walked lengthwise, a walk is drawn to their path sideways. Only the lateral offset is taken
+from others, never a position along the path, and none of their fixes. Walks are therefore not attracted to the places
+of other walks' taps.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ from vislam2tag.core.context import WalkedWays
 from vislam2tag.core.transforms import as_complex, as_points
 
 FITTING_M = 1.0
-"""Fixes this far in walls speak against the plan: it may lie elsewhere, or show another floor."""
+"""Fixes this far inside walls contradict the plan: its position may be wrong, or it shows another floor."""
 MOST_OUTSIDE = 0.5
-"""Share of such fixes from which on a walk is mapped without the plan."""
+"""Share of such fixes above which a walk is mapped without the plan."""
 
 ROOM_M, SCATTER = (1.1, 1.7), (0.7, 1.15)
-"""Places less than 1.1 m from a wall, and more than 1.7 m, and how far fixes scatter there in parts of the usual: who
-walks along the middle of a wide corridor taps its sides. By taps left out on two floors (ratios 0.6 and 0.85)."""
+"""Limits of the distance from a wall, and the scatter of fixes below and above them as a multiple of the usual: people
+in the middle of a wide corridor tap its sides. From left-out taps on two floors (ratios 0.6 and 0.85)."""
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Walls of an area, from which walkers keep ``distance_m`` away where there is room."""
+    """Walls of an area, from which walkers keep ``distance_m`` if there is room."""
 
     area: WalkableArea
     distance_m: float
 
     def beyond(self, position: ComplexArray) -> tuple[FloatArray, FloatArray]:
-        """How far places (k,), complex metres, are beyond where people walk (k,), metres, and its slope (k, 2)."""
+        """Distance (k,) of places (k,), complex metres, beyond the usual distance from walls, and its slope (k, 2)."""
         step = self.area.cell_m
         east, north = (self._into(position + side) - self._into(position - side) for side in (step, 1j * step))
         slope = np.column_stack((east, north)) / (2 * step)
         return np.maximum(self._into(position) + self.distance_m, 0.0), slope
 
     def fit(self, position: ComplexArray) -> bool:
-        """Tell whether fixes (f,), complex metres, lie where the plan says that one can walk, but for some."""
+        """Return whether fixes (f,), complex metres, are in the walkable area of the plan, except for some."""
         return bool((self._into(position) > FITTING_M).mean() < MOST_OUTSIDE)
 
     def scatter(self, position: ComplexArray) -> FloatArray:
-        """How far (k,) fixes scatter about places (k,), complex metres, in parts of the usual."""
+        """Scatter (k,) of fixes at places (k,), complex metres, as a multiple of the usual."""
         return np.interp(-self._into(position), ROOM_M, SCATTER)
 
     def _into(self, position: ComplexArray) -> FloatArray:
@@ -57,19 +57,19 @@ class Walls:
 
 
 ASIDE_M, ALONG_M = 2.0, 1.0
-"""Another walk counts at a place if it led by at most so far aside of it, and was logged there ..."""
+"""Another walk counts at a place if its lateral distance and its next logged point are this close ..."""
 PARALLEL = np.cos(np.radians(15))
-"""... and went the same way or against it, within 15 degrees."""
+"""... and if it has the same or the opposite direction within 15 degrees."""
 SIGMA_M = 2.0
-"""How far apart two walks along one corridor usually lead ..."""
+"""Usual lateral distance between two walks along one corridor ..."""
 MEMORY_S = 12.0
-"""... and how long they stay so."""
+"""... and its duration."""
 
 
 @dataclass(frozen=True)
 class SharedLines:
-    """For each of k nodes a line that other walks share: through ``place`` (k,), complex metres, across ``normal``
-    (k,), unit; ``precision`` (k,) of a walk's distance from it, 1 / m^2, 0 where no other walk led along.
+    """For each of k nodes a line from other walks: through ``place`` (k,), complex metres, with unit ``normal`` (k,);
+    ``precision`` (k,) of a walk's distance from it, 1 / m^2, 0 without another walk.
     """
 
     place: ComplexArray
@@ -78,7 +78,7 @@ class SharedLines:
 
     @classmethod
     def of(cls, ways: WalkedWays, position: ComplexArray, course: ComplexArray) -> SharedLines:
-        """Find them for a path: ``position`` (k,) complex metres, ``course`` (k,) unit, 0 where nobody walks."""
+        """Find the lines of a path: ``position`` (k,) complex metres, ``course`` (k,) unit, 0 while standing."""
         from scipy.spatial import cKDTree
 
         others, direction = as_complex(ways.position_bcs), np.exp(1j * ways.course_rad)
@@ -98,5 +98,5 @@ class SharedLines:
         return cls(place, 1j * course, precision)
 
     def distance_m(self, position: ComplexArray) -> FloatArray:
-        """How far (k,) a path (k,), complex metres, leads aside of the lines."""
+        """Lateral distance (k,) of a path (k,), complex metres, from the lines."""
         return np.asarray(((position - self.place) * self.normal.conj()).real)

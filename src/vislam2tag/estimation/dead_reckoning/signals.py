@@ -1,4 +1,4 @@
-"""Inertial readings brought to one clock of 50 Hz, and the heading from them."""
+"""Inertial readings on one clock of 50 Hz, and the heading from them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ from vislam2tag.core.context import InertialLog
 
 RATE_HZ = 50.0
 BAND_HZ = 6.0
-"""What a sensor of 15 Hz or more gives, and where walking lies."""
+"""Bandwidth of walking, which sensors of 15 Hz or more cover."""
 SHORTEST_S = 2.0
 LONGEST_GAP_S = 0.3
-"""Between two readings; over longer gaps nothing is known of the motion."""
+"""Longest gap between two readings; motion in longer gaps is unknown."""
 _MOST = 1e9
-"""No reading of a walk is larger, m/s^2 or rad/s; squares of damaged ones are no numbers."""
+"""Larger readings, m/s^2 or rad/s, are from damaged files; their squares may overflow."""
 
 
 @dataclass(frozen=True)
 class WalkSignals:
     """A walk's sensors at ``n`` moments, 50 a second.
 
-    ``start_ns`` is the first moment; ``time_s`` (n,) seconds since then; ``force`` (n, 3) specific force, m/s^2, and
-    ``rate`` (n, 3) angular velocity, rad/s, both in the device's axes; ``known`` (n,) mask: no gap in the readings.
+    ``start_ns`` is the first moment, and ``time_s`` (n,) are seconds since then. ``force`` (n, 3) is the specific
+    force, m/s^2, and ``rate`` (n, 3) the angular velocity, rad/s, both in the device's axes. ``known`` (n,) is a mask
+    of moments that are not in a gap between readings.
     """
 
     start_ns: int
@@ -36,8 +37,8 @@ class WalkSignals:
 
     @classmethod
     def of(cls, log: InertialLog) -> WalkSignals | None:
-        """Bring a log to one clock; None where accelerometer and gyroscope have no few seconds in common, or values
-        that no walk has.
+        """Resample a log; None if accelerometer and gyroscope have less than a few seconds in common, or if values are
+        impossible.
         """
         if min(len(log.force_ns), len(log.rate_ns)) < 2 or max(np.abs(log.force).max(), np.abs(log.rate).max()) > _MOST:
             return None
@@ -52,12 +53,12 @@ class WalkSignals:
 
 
 def low_pass(values: FloatArray, cutoff_hz: float, order: int = 2) -> FloatArray:
-    """Keep only what is slower than the cutoff in values (n, ...) at 50 Hz, without delay.
+    """Low-pass filter for values (n, ...) at 50 Hz, without delay.
 
-    A Butterworth filter run forwards and backwards over values that go on beyond both ends, turned about them: as
-    SciPy's ``sosfiltfilt``, which takes half a second to import. Each run solves a banded triangular system.
+    A Butterworth filter run forwards and backwards over values that are continued beyond both ends by point reflection,
+    like SciPy's ``sosfiltfilt``, which takes half a second to import. Each run solves a banded triangular system.
     """
-    from scipy.linalg.lapack import dtbtrs  # which walks without a loss do without
+    from scipy.linalg.lapack import dtbtrs  # not needed for walks without a loss
 
     pad = min(len(values) - 1, int(6 * RATE_HZ))
     before, after = 2 * values[0] - values[pad:0:-1], 2 * values[-1] - values[-2 : -2 - pad : -1]
@@ -65,7 +66,7 @@ def low_pass(values: FloatArray, cutoff_hz: float, order: int = 2) -> FloatArray
     feedback, gain = _butterworth(cutoff_hz, order)
     bands = np.tile(feedback, (len(smooth), 1)).T
     for _ in range(2):
-        start = smooth[0]  # as if it had always been there
+        start = smooth[0]  # steady state before the first value
         driven = gain * (smooth - start)
         for _ in range(order):
             driven[1:] += driven[:-1]
@@ -88,8 +89,8 @@ def _averaged(time_s: FloatArray, time_ns: IntArray, values: FloatArray, start_n
     """Mean (n, c) over the interval around each moment (n,) of readings (k, c), linear between them."""
     at = (time_ns - start_ns) * 1e-9
     edges = np.append(time_s, time_s[-1] + 1 / RATE_HZ) - 0.5 / RATE_HZ
-    # The integral of what is linear is quadratic: it is followed exactly by adding the edges to the readings.
-    both = np.sort(np.concatenate((at, edges)), kind="stable")  # which merges what is sorted
+    # The integral of a linear signal is quadratic: adding the edges to the readings makes it exact.
+    both = np.sort(np.concatenate((at, edges)), kind="stable")  # a stable sort merges sorted parts
     level = np.stack([np.interp(both, at, column) for column in values.T], axis=1)
     parts = (level[1:] + level[:-1]) / 2 * np.diff(both)[:, None]
     integral = np.concatenate((np.zeros((1, values.shape[1])), np.cumsum(parts, axis=0)))
@@ -104,17 +105,17 @@ def _in_gap(time_s: FloatArray, time_ns: IntArray, start_ns: int) -> BoolArray:
 
 
 GRAVITY_HZ = 0.3
-"""Steps are quicker than this, tilting the phone is slower."""
+"""Steps are faster than this, and tilting the phone is slower."""
 COMPASS_HZ = 0.25
 FORWARD = np.array((0.0, 1.0, -1.0)) / np.sqrt(2)
-"""Walkers look along this axis of a phone: its top edge points ahead where it lies flat, its back where it stands."""
+"""Direction of view in a phone's axes: the top edge of a flat phone and the back of an upright one point forward."""
 
 
 @dataclass(frozen=True)
 class Headings:
     """``up`` (n, 3) unit vectors in the device's axes; ``turned_rad`` (n,) rotation about them since the start,
-    anticlockwise; ``drift_rad`` (n,) the walker's heading by the phone's own, from east, less ``turned_rad``, slow: NaN
-    where it has none.
+    counter-clockwise; ``drift_rad`` (n,) the walker's heading by the phone's own, from east, minus ``turned_rad``,
+    slow: NaN if it has none.
     """
 
     up: FloatArray
@@ -123,7 +124,7 @@ class Headings:
 
     @classmethod
     def of(cls, signals: WalkSignals, log: InertialLog) -> Headings:
-        """Integrate the gyroscope about gravity and compare with the rotation vector, where there is one."""
+        """Integrate the gyroscope about gravity and compare with the rotation vector, if there is one."""
         up, turned = turned_about_up(signals)
         return cls(up, turned, _drift(signals, log, turned))
 
@@ -142,7 +143,7 @@ def _drift(signals: WalkSignals, log: InertialLog, turned_rad: FloatArray) -> Fl
     from scipy.spatial.transform import Rotation
 
     ahead = Rotation.from_quat(log.orientation).apply(FORWARD)
-    # Directions are interpolated as angles that were unwrapped: components of quaternions flip their signs.
+    # Directions are interpolated as unwrapped angles, because components of quaternions flip their signs.
     heading = np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0]))
     at = (log.orientation_ns - signals.start_ns) * 1e-9
     return low_pass(np.interp(signals.time_s, at, heading) - turned_rad, COMPASS_HZ)

@@ -1,9 +1,8 @@
-"""The expected path through a walk's fixes: by Gauss-Newton for each scatter that these may have, then their mean.
+"""The expected path through a walk's fixes: Gauss-Newton for each possible scatter of the fixes, then the mean.
 
-Its covariance also covers walkers and buildings unlike those that the constants were calibrated with. Few fixes cannot
-distinguish an unusual speed, or a plan that is turned against the phone's north, from a wrong path. The path is
-therefore fitted a second time, with a speed and a north that may be wrong by much more. With enough fixes both fits
-agree, and the covariance stays the usual one.
+Its covariance also covers walkers and buildings unlike those of the calibration. Few fixes cannot distinguish an
+unusual speed, or a plan with a wrong north, from a wrong path. The path is therefore fitted a second time with a much
+less certain speed and north. With enough fixes both fits agree, and the covariance stays the usual one.
 """
 
 from __future__ import annotations
@@ -22,25 +21,25 @@ from vislam2tag.estimation.least_squares import most_probable, solve
 ROUNDS = 12
 CLOSE_M = 0.01
 LONGEST_TURN_RAD = 0.7
-"""No round turns the path further: the equations hold for small turns."""
+"""Largest turn of the path in a round; the equations hold for small turns."""
 LONG_M2 = 4.0
-"""Fixes and path must be this far spread for their likeness to tell a heading."""
+"""Smallest spread of fixes and path for estimating a heading from both."""
 FAR_M2 = 50.0
-"""And this far (two fixes 10 m apart) before it says that the phone is carried turned."""
+"""Smallest spread (two fixes 10 m apart) for concluding that the phone is carried turned."""
 CARRIED_TURNED_RAD = 0.5
-"""A phone in the hand points ahead at least this well."""
+"""A phone in the hand points forward at least this well."""
 AGAINST_TURNED = 6.0
-"""Minus twice the logarithm of how seldom a phone is carried turned (one walk in twenty)."""
+"""Minus twice the logarithm of the probability that a phone is carried turned (one walk in twenty)."""
 FACTORS = np.exp(np.linspace(-0.8, 1.1, 6))
-"""Scatters of fixes that are tried, as parts of the usual one."""
+"""Candidates for the scatter of fixes, as multiples of the usual one."""
 FIX_SIGMA_SPREAD = 0.6
-"""How much that scatter differs between sessions: standard deviation of its logarithm."""
+"""Variation of that scatter between sessions: standard deviation of its logarithm."""
 LEAST_SHARE = 0.02
-"""Those that the evidence makes less likely are left aside."""
+"""Candidates with a smaller probability are skipped."""
 WIDE_SCALE_SIGMA = 0.3
 """Relative error of an unusual walker's speed, one standard deviation."""
 WIDE_NORTH_MEMORY_S = 100.0
-"""How long an error of the phone's north lasts if the plan itself is turned against north, seconds."""
+"""Duration of an error of the phone's north if the plan has a wrong north, seconds."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,8 @@ class SmoothedPath:
     """A path through a walk's fixes: ``state`` at ``k`` nodes and ``covariance`` (k, 5, 5) of x, y, scale, heading and
     offset.
 
-    Both are means over what the scatter of the fixes may be; ``fix_sigma_m`` is that scatter's root mean square,
-    ``scatter_m`` (k,) what it is where each node lies, ``converged`` tells whether another round would change nothing.
+    Both are means over the possible scatters of the fixes. ``fix_sigma_m`` is the root mean square of that scatter,
+    ``scatter_m`` (k,) its value at each node, and ``converged`` is whether another round would change nothing.
     """
 
     state: PathState
@@ -69,9 +68,9 @@ class _Fitted:
 
 
 def smooth_path(model: PathModel, fixes: WalkFixes) -> SmoothedPath:
-    """Find the path that fits sensors and fixes; how far fixes scatter is not known, but each scatter has its evidence.
+    """Find the path that fits sensors and fixes, as a mean over the possible scatters of fixes by their evidence.
 
-    There must be a fix. Raises numpy.linalg.LinAlgError where the numbers are beyond all bounds.
+    Needs at least one fix. Raises numpy.linalg.LinAlgError if the numbers overflow.
     """
     tries = [(_fitted(carried, fixes, state), carried, doubt) for carried, state, doubt in _starts(model, fixes)]
     start, model, _ = min(tries, key=lambda each: each[0].cost + each[2])
@@ -87,7 +86,7 @@ def smooth_path(model: PathModel, fixes: WalkFixes) -> SmoothedPath:
 
 
 def _mean_path(model: PathModel, fixes: WalkFixes, fitted: list[_Fitted], share: FloatArray) -> SmoothedPath:
-    """The mean of paths with shares (p,) that sum to 1, and its covariance: theirs, and how far they are apart."""
+    """Mean of paths with shares (p,) that sum to 1, and its covariance: their own plus their differences."""
     states = np.stack([each.state.columns for each in fitted])
     mean = np.tensordot(share, states, axes=1)
     covariance = np.zeros((len(mean), STATES, STATES))
@@ -101,8 +100,8 @@ def _mean_path(model: PathModel, fixes: WalkFixes, fitted: list[_Fitted], share:
 
 
 def _starts(model: PathModel, fixes: WalkFixes) -> list[tuple[PathModel, PathState, float]]:
-    """Models and states to start from, and what is against each: turned as the phone's own heading says, and as the
-    fixes lie; where these differ much, the phone may be carried turned, as in a pocket.
+    """Models and states to start from, with their penalties: turned by the phone's own heading, and by the fixes. If
+    these differ much, the phone may be carried turned, as in a pocket.
     """
     raw, drift = model.nodes.raw, model.nodes.drift_rad
     known = drift[np.isfinite(drift)]
@@ -121,7 +120,7 @@ def _starts(model: PathModel, fixes: WalkFixes) -> list[tuple[PathModel, PathSta
 
 
 def _turned(raw: ComplexArray, fixes: WalkFixes, heading_rad: float) -> PathState:
-    """The sensors' path (k,), metres, turned and laid over the fixes."""
+    """The sensors' path (k,), metres, turned and moved onto the fixes."""
     path = raw * np.exp(1j * heading_rad)
     path += fixes.position.mean() - path[fixes.node].mean()
     return PathState(path, np.zeros(len(raw)), np.full(len(raw), heading_rad), np.zeros(len(raw)))
@@ -132,7 +131,7 @@ def _centred(values: ComplexArray) -> ComplexArray:
 
 
 def _fitted(model: PathModel, fixes: WalkFixes, start: PathState) -> _Fitted:
-    """Gauss-Newton steps from a start, none of which turns the path further than the equations hold."""
+    """Gauss-Newton steps from a start, with turns limited to the range of the linearisation."""
 
     def step(before: tuple[PathState, float, float], _: int) -> tuple[PathState, float, float]:
         change, log_determinant = most_probable(model.equations(before[0], fixes))

@@ -1,7 +1,7 @@
-"""From the log of a walk without a tracker to its path, what happened on it, and which fixes contradict the others.
+"""From the log of a walk without a tracker to its path, its events, and fixes that contradict the others.
 
-One wrong fix among many is outvoted by the others, and the path stays right. Fixes contradict each other as a whole
-where positions are in the wrong order, of another floor, or of another walk.
+One wrong fix among many is outvoted, and the path stays right. Fixes contradict each other as a whole if they are in
+the wrong order, or from another floor or walk.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from vislam2tag.estimation.dead_reckoning.smoothing import SmoothedPath, coverin
 from vislam2tag.estimation.settings import MIN_JUDGED, DeadReckoningSettings
 
 MOVING = 0.5
-"""From here on somebody rather walks than stands."""
+"""Above this a person probably walks."""
 FIX_SIGMA_M = 0.4
-"""Usual distance per axis between a fix and where the walker was, metres; each session's own is estimated."""
+"""Usual distance per axis between a fix and the walker, metres; each session's own is estimated."""
 WALL_DISTANCE_M = 0.6
-"""Walkers keep so far from walls where there is room, metres."""
+"""Distance that walkers keep from walls if there is room, metres."""
 STANDING_S = 2.0
 """Shortest time without steps that counts as standing, seconds."""
 BEYOND_S = 2.0
-"""A fix this long before the first reading or after the last one still holds there."""
+"""A fix this long before the first reading or after the last one is used there."""
 
 
 @dataclass(frozen=True)
 class SensedWalk:
-    """What a walk's sensors say without its fixes: where it could have led, but for a turn and a place to start."""
+    """What a walk's sensors show without fixes: its path up to a rotation and a start."""
 
     signals: WalkSignals
     headings: Headings
@@ -45,7 +45,7 @@ class SensedWalk:
 
     @classmethod
     def of(cls, log: InertialLog) -> SensedWalk | None:
-        """Read the sensors; None where they have no few seconds in common, or values that no walk has."""
+        """Read the sensors; None if they have less than a few seconds in common, or if values are impossible."""
         signals = WalkSignals.of(log)
         if signals is None:
             return None
@@ -55,7 +55,7 @@ class SensedWalk:
         return cls(signals, replace(headings, drift_rad=headings.drift_rad + turned_rad), features)
 
     def usable(self, fixes: FixLog) -> BoolArray:
-        """Mask (k,) of the fixes that lie within the walk."""
+        """Mask (k,) of the fixes within the walk."""
         at = self._moments(fixes)
         return np.asarray((at > -BEYOND_S) & (at < self.signals.time_s[-1] + BEYOND_S))
 
@@ -67,9 +67,9 @@ class SensedWalk:
         area: WalkableArea | None = None,
         ways: WalkedWays | None = None,
     ) -> ReckonedWalk:
-        """Find the path through the fixes, all of which must be usable, and one at least.
+        """Find the path through the fixes, all of which must be usable; at least one is needed.
 
-        It keeps between an area's walls; without them it is drawn sideways onto the lines of others (``ways``).
+        It stays between an area's walls; without walls it is drawn sideways to the paths of others (``ways``).
         """
         at_s = self._moments(log).clip(0, self.signals.time_s[-1]).round(2)
         speed_m_s = speed.speed_m_s(self.features, self.signals.time_s)
@@ -83,19 +83,19 @@ class SensedWalk:
         model = PathModel(nodes, walls)
         alone = ReckonedWalk(self, model, fixes, smooth_path(model, fixes), log.name)
         if ways is None or not len(ways.walk) or walls is not None:
-            return alone  # between walls other walks add nothing (benchmarks/NOTES.md)
+            return alone  # with walls, other walks add nothing (benchmarks/NOTES.md)
         lines = SharedLines.of(ways, alone.path.state.position, alone.node_course)
         helped = replace(model, lines=lines)
         return replace(alone, model=helped, path=smooth_path(helped, fixes))
 
     def _moments(self, fixes: FixLog) -> FloatArray:
-        """When (k,) the walker was at the fixes, seconds since the start."""
+        """Times (k,) of the fixes, seconds since the start."""
         return np.asarray((fixes.time_ns - self.signals.start_ns) * 1e-9)
 
 
 @dataclass(frozen=True)
 class ReckonedWalk:
-    """A walk's path through its fixes, found by a model; ``names`` (f,) is what these are called."""
+    """A walk's path through its fixes, found by a model; ``names`` (f,) are the names of the fixes."""
 
     sensed: SensedWalk
     model: PathModel
@@ -106,15 +106,15 @@ class ReckonedWalk:
     def at(self, time_s: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions (m, 2) in the BCS, metres, and covariances (m, 2, 2) at moments (m,) within the walk.
 
-        The covariance is that of a fix's distance from the path: what the path does not know and how far fixes
-        scatter, since nothing else shows where the walker was.
+        The covariance is that of a fix's distance from the path: the uncertainty of the path plus the scatter of fixes,
+        because only fixes show where the walker was.
         """
         scatter = self.path.scatter_m[:, None, None] ** 2 * np.eye(2)
         return self._between(self.positions, time_s), self._between(self._covering + scatter, time_s)
 
     @property
     def nodes(self) -> Nodes:
-        """The moments at which the path is known."""
+        """The moments of the path's states."""
         return self.model.nodes
 
     @cached_property
@@ -124,7 +124,7 @@ class ReckonedWalk:
 
     @property
     def fix_scatter_m(self) -> FloatArray:
-        """(f,) how far each fix is expected to be, per axis, from where the walker was, metres."""
+        """(f,) expected distance of each fix from the walker, per axis, metres."""
         return np.asarray(self.path.scatter_m[self.fixes.node] * self.fixes.share)
 
     @property
@@ -134,20 +134,20 @@ class ReckonedWalk:
 
     @property
     def course_rad(self) -> FloatArray:
-        """(n,) direction in the BCS that the walker goes to at each moment of the signals."""
+        """(n,) direction of walking in the BCS at each moment of the signals."""
         state = self.path.state
         frame = np.interp(self.sensed.signals.time_s, self.nodes.time_s, state.heading_rad + state.offset_rad)
         return np.asarray(frame + self.sensed.headings.turned_rad)
 
     @property
     def node_course(self) -> ComplexArray:
-        """(k,) direction in the BCS that the walker goes to at each node, unit; 0 where nobody walks."""
+        """(k,) direction of walking in the BCS at each node, unit; 0 while standing."""
         course = np.interp(self.nodes.time_s, self.sensed.signals.time_s, self.course_rad)
         moving = np.interp(self.nodes.time_s, self.sensed.features.time_s, self.sensed.features.moving) > MOVING
         return np.asarray(moving * np.exp(1j * course))
 
     def way(self) -> WalkedWays:
-        """Where the walk led, for others on its floor."""
+        """Path of the walk, for other walks on its floor."""
         walked = np.flatnonzero(self.node_course)
         course = np.angle(self.node_course[walked])
         return WalkedWays(self.positions[walked], course, np.zeros(len(walked), dtype=np.int64))
@@ -162,16 +162,16 @@ class ReckonedWalk:
 
 
 TURN_RAD = np.pi / 3
-"""Who turns by more without a step turns in place."""
+"""A larger turn without a step is a turn in place."""
 CLIMB_M_S = 0.15
 CLIMB_M = 1.5
-"""Air pressure must tell of this much rise at once; less may be doors and ventilation."""
+"""Smallest rise by air pressure that counts; less may be from doors and ventilation."""
 CLIMB_WINDOW_S = 4.0
 
 
 @dataclass(frozen=True)
 class Happening:
-    """Something that lasted from ``start_s`` to ``end_s`` of a walk; ``size_m`` is the rise, ``turn_rad`` the turn."""
+    """An event from ``start_s`` to ``end_s`` of a walk; ``size_m`` is the rise, ``turn_rad`` the turn."""
 
     kind: EventKind
     start_s: float
@@ -181,7 +181,7 @@ class Happening:
 
 
 def happenings(walk: SensedWalk, altitude_m: FloatArray | None) -> list[Happening]:
-    """List what happened on a walk, in order of time; ``altitude_m`` (m,) is that at its windows, by air pressure."""
+    """List the events of a walk in order of time; ``altitude_m`` (m,) is the height at its windows by air pressure."""
     time_s, standing = walk.features.time_s, walk.features.moving < 0.5
     turned = np.interp(time_s, walk.signals.time_s, walk.headings.turned_rad)
     found = []
@@ -206,17 +206,17 @@ def happenings(walk: SensedWalk, altitude_m: FloatArray | None) -> list[Happenin
 
 
 DOUBTFUL = 3.7
-"""Standard deviations (per axis) beyond which one fix in a thousand lies by chance."""
+"""Standard deviations (per axis) beyond which one fix in a thousand is by chance."""
 LEAST_FREEDOM = 0.02
-"""Where all but this of a fix's place is its own doing, the others say nothing of it."""
+"""If less than this share of a fix's place is determined by the others, they cannot contradict it."""
 
 
 @dataclass(frozen=True)
 class LeftOut:
     """Fixes (f,) left out one at a time, by the linear model about the path.
 
-    ``error_m`` (f, 2) from the fix to where the others put the walker, metres in the BCS; ``sigma_m`` (f,) per axis,
-    what that is expected to be; NaN at fixes of which the others say nothing.
+    ``error_m`` (f, 2) is from the fix to the walker's position by the others, metres in the BCS; ``sigma_m`` (f,) its
+    expected size per axis; NaN at fixes that the others do not determine.
     """
 
     error_m: FloatArray
@@ -242,17 +242,17 @@ class LeftOut:
 
 MIN_DOUBTFUL = 2
 MAX_DOUBTFUL_SHARE = 0.3
-"""Real walks have one wrong fix in ten at most."""
+"""Real walks have at most one wrong fix in ten."""
 MAX_SCALE = 2.0
-"""Greatest distance between fixes, in parts of what the steps say ..."""
+"""Largest distance between fixes, as a multiple of that of the steps ..."""
 MAX_M_S = 3.0
 """... and in metres per second of the time between them ..."""
 MARGIN_M = 3.0
-"""... plus this, metres: a fix that is farther from its neighbour is wrong."""
+"""... plus this, metres; beyond, one of the two fixes is wrong."""
 
 
 def contradictions_m(walk: ReckonedWalk) -> FloatArray:
-    """How far each fix (f,) contradicts the others, metres, if together they cannot be right; otherwise zeros."""
+    """Size (f,) of each fix's contradiction to the others, metres, if they cannot all be right; otherwise zeros."""
     left_out = LeftOut.of(walk)
     judged, doubtful = np.isfinite(left_out.sigma_m), left_out.doubtful
     most = doubtful.sum() >= MIN_DOUBTFUL and doubtful.sum() > MAX_DOUBTFUL_SHARE * judged.sum()
@@ -262,11 +262,11 @@ def contradictions_m(walk: ReckonedWalk) -> FloatArray:
     error_m = np.maximum(error_m, _too_far_m(walk))
     if not error_m.any():
         return error_m
-    return np.where(error_m > 0, error_m, np.median(error_m[error_m > 0]))  # the path is no better where one agrees
+    return np.where(error_m > 0, error_m, np.median(error_m[error_m > 0]))  # fixes that agree are not better
 
 
 def _too_far_m(walk: ReckonedWalk) -> FloatArray:
-    """How much farther each fix (f,) is from its neighbours than the steps or the time allow, metres."""
+    """Excess (f,) of each fix's distance from its neighbours over what the steps or the time allow, metres."""
     nodes, at = walk.nodes, walk.fixes.node
     duration_s = np.diff(nodes.time_s)
     in_time_m = MAX_M_S * duration_s

@@ -1,8 +1,8 @@
-"""How a reference, the survey of a landmark or what walks saw of it, fits what all others say of that landmark.
+"""Compares the survey of a landmark, or the sights of walks, with what all others say about that landmark.
 
-Mapped with landmarks that it has itself helped to place, a walk would believe its own errors twice. So it is given what
-the joint map says without it: a walk's own part of the normal equations is taken out again (in a factor graph, the
-message from the landmarks to this walk). Errors that the landmarks share are carried along.
+A walk that is mapped with landmarks which it has helped to place would count its own errors twice. It therefore gets
+the joint map without itself: its own part is removed from the normal equations (in a factor graph, the message from the
+landmarks to this walk). Errors that the landmarks share are kept.
 """
 
 from __future__ import annotations
@@ -26,14 +26,16 @@ from vislam2tag.estimation.landmark_survey.landmark_map import (
 )
 
 GREATEST_SIGMA_M = 5.0
-"""A landmark that is not known better than this has no position."""
+"""A landmark with a larger standard deviation has no position."""
 GREATEST_HEADING_SIGMA_RAD = 0.5
 
 
 @dataclass(frozen=True)
 class ToldPlaces:
-    """``k`` landmarks of a joint map: ``landmark`` (k,) index of each; ``position`` (k,) complex, metres in the BCS;
-    ``heading_rad`` (k,), NaN where not known; ``covariance`` (3k, 3k) of x, y of each, then of all headings.
+    """``k`` landmarks of a joint map, with the index ``landmark`` (k,) of each.
+
+    ``position`` (k,) is complex, metres in the BCS; ``heading_rad`` (k,) is NaN if unknown. ``covariance`` (3k, 3k) is
+    of x, y of each, then of all headings.
     """
 
     landmark: IntArray
@@ -50,7 +52,7 @@ class OtherWalks:
 
     @cached_property
     def _parts(self) -> dict[int, tuple[IntArray, FloatArray, FloatArray]]:
-        """Of each map that is tied: which unknowns it tells of, with which information and right side."""
+        """For each connected map: its unknowns, their information and right side."""
         return {number: (one.column, *one.equations()) for number, one in linear_maps(self.joined).items()}
 
     @cached_property
@@ -63,14 +65,14 @@ class OtherWalks:
 
     @cached_property
     def _tellers(self) -> FloatArray:
-        """(m,) how many maps that are tied, or surveys, tell of each landmark."""
+        """(m,) number of connected maps, or surveys, with each landmark."""
         count = self.joined.priors.surveyed.astype(np.float64)
         for number in self._parts:
             count[self.joined.maps[number].landmark] += 1
         return count
 
     def told(self, number: int) -> ToldPlaces:
-        """What is known of the landmarks without the map of this number; a map that is not tied is told everything."""
+        """Return the landmarks without the map of this number; a map that is not connected gets all of them."""
         information, right = (part.copy() for part in self._whole)
         tellers = self._tellers.copy()
         if number in self._parts:
@@ -81,14 +83,14 @@ class OtherWalks:
         return self._places(information, right, np.asarray(tellers > 0))
 
     def seen(self, number: int) -> ToldPlaces:
-        """Where the map of this number should see the landmarks: as told, and off by what walks see them off."""
+        """Return where the map of this number should see the landmarks, including the usual offset of sights."""
         told = self.told(number)
         places, covariance = np.arange(2 * len(told.landmark)), told.covariance.copy()
         covariance[places, places] += self.joined.doubts.seen_off_m2
         return replace(told, covariance=covariance)
 
     def _places(self, information: FloatArray, right: FloatArray, known: BoolArray) -> ToldPlaces:
-        """Solve for the landmarks that somebody tells of."""
+        """Solve for the landmarks that any map or survey contains."""
         joined, rows = self.joined, np.flatnonzero(known)
         column = joint_columns(rows, len(known))
         covariance = np.linalg.inv(information[np.ix_(column, column)])
@@ -104,14 +106,14 @@ class OtherWalks:
 
 
 USUAL_SIGMAS, SIGHT_SIGMAS = 4.0, 4.5
-"""A survey or a day, or a walk's sight, contradicts the others where they put it so many standard deviations away. Of
-20 surveys and 80 sights by normal errors 2 % would have one beyond 3.7 and 4.1; real ones have heavier tails ..."""
+"""A survey, a day or a walk's sight contradicts the others if its offset is this many standard deviations. Of 20
+surveys and 80 sights with normal errors, 2 % would have one beyond 3.7 and 4.1; real ones have heavier tails ..."""
 LEAST_M = 0.15
 """... and at least this far."""
 
 
 class Verdict(Enum):
-    """What the others say of a reference."""
+    """Result of a comparison."""
 
     AGREES = "agrees"
     CONTRADICTS = "contradicts"
@@ -120,11 +122,11 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Comparison:
-    """A reference against all others: the survey of a landmark, or what one walk, or all walks of a day, saw of it.
+    """A survey of a landmark, or the sights of one walk or of all walks of a day, compared with all others.
 
-    Of a survey ``walk`` and ``day`` are None. ``offset`` from where the others have it, complex metres in the BCS;
-    ``sigma_m``, the usual size of that (one standard deviation per axis), and ``sigmas``, how many it is: NaN where
-    nothing can be compared.
+    For a survey ``walk`` and ``day`` are None. ``offset`` is from the place by the others, complex metres in the BCS.
+    ``sigma_m`` is its usual size (one standard deviation per axis), and ``sigmas`` the offset in this unit; NaN if
+    there is nothing to compare.
     """
 
     landmark: int
@@ -136,17 +138,17 @@ class Comparison:
 
     @property
     def of_survey(self) -> bool:
-        """Whether it is a surveyed place."""
+        """Whether it is a survey."""
         return self.walk is None and self.day is None
 
     @property
     def size_m(self) -> float:
-        """How far it is from where the others have it."""
+        """Size of the offset."""
         return abs(self.offset)
 
     @property
     def excess(self) -> float:
-        """How many standard deviations it is off, over how many are asked for."""
+        """Ratio of ``sigmas`` to the limit."""
         return self.sigmas / (USUAL_SIGMAS if self.walk is None else SIGHT_SIGMAS)
 
     @property
@@ -164,20 +166,20 @@ class Comparison:
         return cls(landmark, walk, complex(*offset), sigma_m, sigmas)
 
     def in_units_of(self, scale: float) -> Comparison:
-        """The same where offsets are usually so many times as stated."""
+        """The same if offsets are usually this many times as large as stated."""
         return replace(self, sigma_m=self.sigma_m * scale, sigmas=self.sigmas / scale)
 
 
 SUSPECT_SIGMAS = 2.5
-"""Looked at more closely is a day whose sights, taken for independent, put a landmark so far off."""
+"""A day is tested if its sights, taken as independent, put a landmark this far away."""
 FEWEST_SIGHTS = 2
-"""A day is more than one walk ..."""
+"""A day needs more than one walk ..."""
 FEWEST_OTHERS = 2
-"""... and contradicts as many others at least: the survey, and walks of other days."""
+"""... and must contradict at least as many others: the survey, and walks of other days."""
 
 
 def seen_apart(split: LandmarkMap, landmark: int) -> Comparison:
-    """From where all others have a landmark to where the walks that are ``apart`` have it, the last of the map."""
+    """Compare a landmark's place by all others with that by the walks that are ``apart``, the last of the map."""
     new = len(split.position) - 1
     offset = split.position[new] - split.position[landmark]
     columns = (2 * np.array([[landmark], [new]]) + (0, 1)).ravel()
@@ -187,7 +189,7 @@ def seen_apart(split: LandmarkMap, landmark: int) -> Comparison:
 
 
 def survey_left_out(joined: LandmarkMap, landmark: int) -> Comparison:
-    """From where all others have a landmark to its surveyed place, doubts found anew."""
+    """Compare a landmark's place by all others with its surveyed place, with weights estimated again."""
     trial, priors = predicted(joined, landmark), joined.priors
     offset = priors.position[landmark] - trial.position[landmark]
     covariance = trial.position_covariance[landmark] + priors.covariance[landmark]
@@ -195,9 +197,9 @@ def survey_left_out(joined: LandmarkMap, landmark: int) -> Comparison:
 
 
 def days_compared(joined: LandmarkMap, sights: Sequence[Comparison], days: Sequence[str | None]) -> list[Comparison]:
-    """Compare what the walks of each day saw of a landmark, where they seem to see it off; ``days`` (b,).
+    """Compare the sights of a landmark by the walks of each day if they seem to have an offset; ``days`` (b,).
 
-    Left out are those that one of the day's walks alone, or the landmark's survey, accounts for.
+    Days are skipped if one of their walks alone, or the landmark's survey, explains the offset.
     """
     seen: dict[int, dict[str | None, list[Comparison]]] = defaultdict(lambda: defaultdict(list))
     for one in sights:
@@ -218,7 +220,7 @@ def days_compared(joined: LandmarkMap, sights: Sequence[Comparison], days: Seque
 
 
 def _survey_agrees(split: LandmarkMap, landmark: int) -> bool:
-    """Whether other days have a landmark nearer to its survey than to where the day has it, which is the last one."""
+    """Whether other days put a landmark closer to its survey than to its place by the day, which is the last one."""
     if not split.priors.surveyed[landmark]:
         return True
     others = predicted(split, landmark)

@@ -1,7 +1,7 @@
-"""Whether a device's metre is a metre: what all its walks say of distances between landmarks, against all others.
+"""Scale of a device: the distances between landmarks in all its walks, compared with all others.
 
-A tracker that takes its way for longer than it is puts landmarks apart, in all walks of its device alike: too little to
-contradict the others at any one landmark.
+A tracker with a wrong scale moves landmarks apart, in all walks of its device equally. At a single landmark this is too
+little to contradict the others.
 """
 
 from __future__ import annotations
@@ -17,28 +17,27 @@ from vislam2tag.estimation.landmark_survey.landmark_map import LandmarkMap, join
 from vislam2tag.estimation.landmark_survey.local_map import LinearMap
 
 CERTAIN_SIGMAS = 2.5
-"""A device's metre contradicts where it is so many standard deviations off, from survey and from other devices' ..."""
+"""A device's scale contradicts if it differs by this many standard deviations from survey and other devices ..."""
 LEAST_EXCESS = 0.01
-"""... and by this share at least."""
+"""... and by at least this share."""
 FEWEST_WALKS = 2
-"""Of a device that is compared."""
+"""Number of walks of a device that a comparison needs."""
 GREATEST_SIGMA = 0.1
-"""A walk whose metre is not known better than this by all else tells nothing of it: it saw too few landmarks whose
-places are known, or all near one another."""
+"""A walk with a less certain scale is ignored: it saw too few landmarks of known place, or all close together."""
 SHARED_SIGMA = 0.005
-"""Walks of all devices see landmarks too near, or too far apart, by this alike (assumed: where headings wander, a chord
-is shorter than the way)."""
+"""Common scale error of the sightings of all devices (assumed: if headings wander, a chord is shorter than the
+path)."""
 STATED_COUNTS = 1
-"""That walks' metres differ as is stated (2 %) counts as much as so many walks."""
+"""Weight of the stated spread of walks' scales (2 %), in walks."""
 
 
 @dataclass(frozen=True)
 class DeviceMetre:
-    """By which share ``excess`` what a device takes for a metre is too short: it sees landmarks too far apart by that.
+    """Scale error ``excess`` of a device: the share by which it sees landmarks too far apart.
 
-    ``walks`` are those that tell; ``sigma`` is the usual size of ``excess``, by the survey with the metres of all
-    devices unknown; ``apart_sigmas``, by how many standard deviations it differs from that of the other devices;
-    ``reach_m`` how far landmarks of its walks are from their middles, at most.
+    ``walks`` are those used; ``sigma`` is the standard deviation of ``excess`` by the survey, with unknown scales of
+    all devices. ``apart_sigmas`` is the difference from the other devices in standard deviations, and ``reach_m`` the
+    largest distance of landmarks from the middle of their walk.
     """
 
     device: str
@@ -50,12 +49,12 @@ class DeviceMetre:
 
     @property
     def off_m(self) -> float:
-        """How far off, at most, it puts landmarks of a walk, metres."""
+        """Largest error of landmarks in a walk from this scale, metres."""
         return abs(self.excess) * self.reach_m
 
     @property
     def sigmas(self) -> float:
-        """By how many standard deviations survey and other devices, each, contradict it."""
+        """Contradiction by survey and by other devices in standard deviations; the smaller of both."""
         return min(abs(self.excess) / self.sigma, self.apart_sigmas)
 
     @property
@@ -66,10 +65,11 @@ class DeviceMetre:
 
 @dataclass(frozen=True)
 class _Metres:
-    """What ``t`` walks tell of their metres, each its own, with the places of all landmarks unknown but for the survey.
+    """Information of ``t`` walks on their scales, each its own, with the places of all landmarks unknown except for the
+    survey.
 
-    ``information`` (t, t) and ``right`` (t,) of the shares by which they see landmarks too far apart; ``survey``
-    (t, t), the part of the information's covariance that is owed to errors of the survey.
+    ``information`` (t, t) and ``right`` (t,) of the shares by which they see landmarks too far apart; ``survey`` (t, t)
+    is the part of the covariance from errors of the survey.
     """
 
     walks: IntArray
@@ -79,16 +79,16 @@ class _Metres:
 
     @property
     def telling(self) -> BoolArray:
-        """(t,) walks that tell something."""
+        """(t,) walks with any information."""
         return np.asarray(np.diag(self.information) > GREATEST_SIGMA**-2)
 
     def select(self, keep: BoolArray) -> _Metres:
-        """Those of some walks (t,), as if the metres of the others were as they state."""
+        """Select walks (t,), as if the others had the scales that they state."""
         pairs = np.ix_(keep, keep)
         return _Metres(self.walks[keep], self.information[pairs], self.right[keep], self.survey[pairs])
 
     def pooled(self, device: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Metres of ``d`` devices (d,) and their covariance (d, d), from the device (t,) of each walk."""
+        """Scales of ``d`` devices (d,) and their covariance (d, d), from the device (t,) of each walk."""
         of_device = np.eye(int(device.max()) + 1)[device]
         covariance = _inverse(of_device.T @ self.information @ of_device)
         excess = covariance @ of_device.T @ self.right
@@ -98,7 +98,7 @@ class _Metres:
         return excess, gain @ (own + self.survey) @ gain.T + SHARED_SIGMA**2
 
     def _scale(self, explained: float, devices: int) -> float:
-        """By which factor the variance of walks' metres about that of their device exceeds what is stated."""
+        """Factor by which the variance of walks' scales around that of their device exceeds the stated one."""
         covariance = _inverse(self.information)
         squares = float(self.right @ covariance @ self.right) - explained
         freedom = float(np.trace(covariance @ self.information)) - devices
@@ -106,7 +106,7 @@ class _Metres:
 
 
 def device_metres(joined: LandmarkMap, devices: Sequence[str], but: Collection[str] = frozenset()) -> list[DeviceMetre]:
-    """Compare each of two devices or more of which several walks tell, ``but`` some.
+    """Compare the scale of each device with several walks, if there are two or more devices, ``but`` not of some.
 
     ``devices`` (b,) are those of the maps' walks.
     """
@@ -130,9 +130,9 @@ def device_metres(joined: LandmarkMap, devices: Sequence[str], but: Collection[s
 
 
 def _apart(excess: FloatArray, covariance: FloatArray, number: int) -> float:
-    """By how many standard deviations one of some metres (d,) differs from the mean of the others.
+    """Difference of one of some scales (d,) from the mean of the others, in standard deviations.
 
-    0 where the survey contradicts these more: of two that differ, they are the culprit then.
+    0 if the survey contradicts the others more: of two that differ, they are then wrong.
     """
     worth = np.diag(covariance) ** -1.0 * (np.arange(len(excess)) != number)
     others = worth / worth.sum()
@@ -143,7 +143,7 @@ def _apart(excess: FloatArray, covariance: FloatArray, number: int) -> float:
 
 
 def in_true_metres(joined: LandmarkMap, odd: DeviceMetre) -> LandmarkMap:
-    """Join again with a device's metre put right."""
+    """Join again with the scale of a device corrected."""
     maps = [
         replace(one, position=one.position / (1 + odd.excess)) if number in odd.walks else one
         for number, one in enumerate(joined.maps)
@@ -152,7 +152,7 @@ def in_true_metres(joined: LandmarkMap, odd: DeviceMetre) -> LandmarkMap:
 
 
 def _metres(joined: LandmarkMap) -> _Metres:
-    """Of all walks that are tied, by the normal equations of landmarks and metres, the landmarks eliminated."""
+    """Scales of all connected walks, from the normal equations of landmarks and scales without the landmarks."""
     walks = np.flatnonzero(joined.tied)
     of_survey, right = survey_equations(joined)
     of_places, both = of_survey.copy(), np.zeros((len(right), len(walks)))
@@ -177,7 +177,7 @@ def _metres(joined: LandmarkMap) -> _Metres:
 
 
 def _longer(joined: LandmarkMap, number: int, linear: LinearMap) -> FloatArray:
-    """(r,) by what a walk's observations change with its metre."""
+    """(r,) derivative of a walk's observations by its scale."""
     arm = np.exp(-1j * joined.turn_rad[number]) * joined.position[joined.maps[number].landmark]
     arm -= arm.mean()
     longer = np.zeros(len(linear.residual))
@@ -186,5 +186,5 @@ def _longer(joined: LandmarkMap, number: int, linear: LinearMap) -> FloatArray:
 
 
 def _inverse(information: FloatArray) -> FloatArray:
-    """Covariance of metres of which some may not be known at all."""
+    """Covariance of scales, some of which may be unknown."""
     return np.asarray(np.linalg.inv(information + np.eye(len(information)) * FREE_SCALE**-2))

@@ -1,9 +1,9 @@
 """Local maps of many walks and a survey of some landmarks, joined to one map of all landmarks
 (docs/explanation/landmarks.md).
 
-Unknown are the places and headings of all landmarks in the BCS, and for each walk where its frame lies and how it is
-turned. A walk's map may be wrong by its covariance, and it may see a landmark off its place: a sheet that was moved, or
-another one with its id. Surveyed places may be wrong, too. Tails of Student's t take what does not fit.
+The unknowns are the places and headings of all landmarks in the BCS, and the position and rotation of each walk's
+frame. A walk's map has errors by its covariance. It may also see a landmark at another place: a sheet that was moved,
+or another one with its id. Surveyed places may be wrong, too. Tails of Student's t absorb what does not fit.
 """
 
 from __future__ import annotations
@@ -20,23 +20,22 @@ from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPrio
 from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, LocalMap, tied_to_survey
 
 SHIFT_M, SHIFT_NUMBERS = 0.06, 1.0
-"""A walk sees a landmark off its place by this, per axis (assumed, as if so many numbers told it, before anything is
-seen) ..."""
+"""Usual offset of a sight from the landmark's place, per axis (a prior with the weight of this many numbers) ..."""
 SHIFT_DOF, WALK_DOF, SURVEY_DOF = 3.0, 4.0, 2.0
-"""... or by far more: degrees of freedom of Student's t. Walks as a whole and the survey have such tails, too."""
+"""... and degrees of freedom of Student's t for larger ones. Walks as a whole and the survey also have such tails."""
 SETTLED_M = 1e-6
-"""Re-weighting has converged when no landmark moves any more by this: rounds are few, and then neither the order of the
-walks nor the building's frame shows."""
+"""Re-weighting has converged when no landmark moves by more than this. Rounds are few, and the result then depends
+neither on the order of the walks nor on the building's frame."""
 MOST_ROUNDS = 200
-"""Far more than any takes that converges: a limit, not a number of rounds."""
+"""Iteration limit, far above the usual number."""
 CAUTION = Caution(100.0, 0.5)
-"""With each walk's sight of a landmark. Not so the survey: few places that all may be wrong would bend to the walks."""
+"""For the sights of walks, not for the survey: a few places that may all be wrong would follow the walks."""
 
 
 @dataclass(frozen=True)
 class Doubts:
-    """How far walks see landmarks off their places, ``shift_m`` per axis, and by which factor each variance exceeds the
-    usual one: ``shift`` (k,) for each map, ``walk`` (b,) and ``survey`` (m,).
+    """Offset of sights, ``shift_m`` per axis, and factors on variances relative to the usual ones: ``shift`` (k,) for
+    each map, ``walk`` (b,) and ``survey`` (m,).
     """
 
     shift_m: float
@@ -46,25 +45,25 @@ class Doubts:
 
     @property
     def seen_off_m2(self) -> float:
-        """Mean variance per axis of how far a walk sees a landmark off its place."""
+        """Mean variance per axis of the offset of a walk's sights."""
         return self.shift_m**2 * (SHIFT_DOF + 2) / SHIFT_DOF
 
     def expected(self) -> Doubts:
-        """For covariances: the mean variance of each shift where re-weighting gives the inverse mean precision."""
+        """For covariances: the mean variance of each offset instead of the inverse mean precision of re-weighting."""
         return replace(self, shift=tuple(one * (SHIFT_DOF + 2) / SHIFT_DOF for one in self.shift))
 
     def cautious(self, factor: float) -> Doubts:
-        """Be more doubtful about what walks see, by a factor."""
+        """Trust the sights of walks less, by a factor."""
         return replace(self, shift=tuple(one * factor for one in self.shift))
 
 
 @dataclass(frozen=True)
 class LandmarkMap:
-    """``m`` landmarks in the BCS, from those of ``b`` maps that are tied to the survey.
+    """``m`` landmarks in the BCS, from those of ``b`` maps that are connected to the survey.
 
     ``position`` (m,) complex, metres; ``heading_rad`` (m,); ``covariance`` (3m, 3m) of x, y of each, then of all
-    headings: next to infinite for what nothing is known of. ``origin`` (b,) complex and ``turn_rad`` (b,): where the
-    maps' frames lie, NaN for maps that are not tied.
+    headings, almost infinite for unknown values. ``origin`` (b,) complex and ``turn_rad`` (b,) are the poses of the
+    maps' frames, NaN for maps that are not connected.
     """
 
     maps: tuple[LocalMap, ...]
@@ -76,7 +75,7 @@ class LandmarkMap:
     origin: ComplexArray
     turn_rad: FloatArray
     converged: bool = True
-    """Whether re-weighting ended because another round would change nothing that matters."""
+    """Whether re-weighting converged."""
 
     @property
     def tied(self) -> BoolArray:
@@ -90,14 +89,14 @@ class LandmarkMap:
         return np.asarray(self.covariance[column[:, :, None], column[:, None, :]])
 
     def shared_covariance(self, rows: IntArray) -> FloatArray:
-        """(3k, 3k) of where walks see some landmarks (k,), headings last: how far off their places is part of it."""
+        """(3k, 3k) covariance of the sights of some landmarks (k,), headings last, including the offset of sights."""
         covariance, places = of_landmarks(self.covariance, rows), np.arange(2 * len(rows))
         covariance[places, places] += self.doubts.seen_off_m2
         return (covariance + covariance.T) / 2
 
     @property
     def agreed(self) -> BoolArray:
-        """(m,) surveyed landmarks whose place the walks do not make less certain than its survey says."""
+        """(m,) surveyed landmarks whose place is not less certain with the walks than by its survey."""
         variance = np.trace(self.position_covariance, axis1=1, axis2=2)
         return np.asarray(variance <= np.trace(self.priors.covariance, axis1=1, axis2=2))
 
@@ -108,9 +107,9 @@ class LandmarkMap:
 
 
 def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SETTLED_M) -> LandmarkMap:
-    """Join all maps that can be tied to the survey; the order of the maps does not matter.
+    """Join all maps that can be connected to the survey; the order of the maps does not matter.
 
-    Re-weighting has converged when no landmark moves any more by ``settled_m``.
+    Re-weighting has converged when no landmark moves by more than ``settled_m``.
     """
 
     def step(before: LandmarkMap, number: int) -> LandmarkMap:
@@ -130,18 +129,18 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
 
 
 def solved_anew(before: LandmarkMap, taken: Callable[[Doubts], Doubts] = lambda doubts: doubts) -> LandmarkMap:
-    """Take a step with the doubts that fit the solution, as they are ``taken``."""
+    """Take a step with the weights that fit the solution, modified by ``taken``."""
     linear = linear_maps(before)
     return solved(replace(before, doubts=taken(_reweighted(before, linear))), linear)
 
 
 def moved_m(before: LandmarkMap, after: LandmarkMap) -> float:
-    """By how much the landmark that moved most did."""
+    """Largest movement of a landmark."""
     return float(np.abs(after.position - before.position).max(initial=0.0))
 
 
 def initial_map(maps: tuple[LocalMap, ...], priors: LandmarkPriors) -> LandmarkMap:
-    """Where to begin: everything put together roughly, nothing doubted."""
+    """Initial map: everything joined roughly, with usual weights."""
     chart: Chart = tied_to_survey(maps, priors)
     marks = len(priors.position)
     return LandmarkMap(
@@ -163,7 +162,7 @@ def linear_map(joined: LandmarkMap, number: int) -> LinearMap:
 
 
 def linear_maps(joined: LandmarkMap) -> dict[int, LinearMap]:
-    """Those of all maps that are tied, by their numbers."""
+    """Those of all connected maps, by their numbers."""
     return {number: linear_map(joined, number) for number in np.flatnonzero(joined.tied).tolist()}
 
 
@@ -172,9 +171,9 @@ def _doubted(linear: LinearMap, doubts: Doubts, number: int) -> LinearMap:
 
 
 def solved(joined: LandmarkMap, about: Mapping[int, LinearMap] | None = None) -> LandmarkMap:
-    """Take one step of Gauss and Newton with the doubts as they are.
+    """Take one Gauss-Newton step with the present weights.
 
-    ``about`` are the maps linearised about the same solution, with whichever doubts, where they are at hand.
+    ``about`` are the maps linearised about the same solution, with any weights, if available.
     """
     marks = len(joined.position)
     information, right = survey_equations(joined)
@@ -205,7 +204,7 @@ def solved(joined: LandmarkMap, about: Mapping[int, LinearMap] | None = None) ->
 
 
 def survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
-    """Information (3m, 3m) and right side (3m,) of the survey; next to nothing where there is none."""
+    """Information (3m, 3m) and right side (3m,) of the survey; almost zero if there is none."""
     priors, marks = joined.priors, len(joined.position)
     precision = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
     rows = priors.surveyed
@@ -224,16 +223,16 @@ def survey_equations(joined: LandmarkMap) -> tuple[FloatArray, FloatArray]:
 
 
 def _survey_miss(joined: LandmarkMap) -> FloatArray:
-    """(m, 2) from where the landmarks are to where the survey has them, metres; 0 where it has none."""
+    """(m, 2) from the landmarks to their surveyed places, metres; 0 if not surveyed."""
     miss = np.where(joined.priors.surveyed, joined.priors.position - joined.position, 0)
     return np.column_stack((miss.real, miss.imag))
 
 
 def _reweighted(joined: LandmarkMap, linear: Mapping[int, LinearMap]) -> Doubts:
-    """Doubts that fit best what each walk, each sight of a landmark and each surveyed place was off by.
+    """Weights that fit best to the errors of each walk, each sight and each surveyed place.
 
-    A variance is the sum of squares over how many of them the observations determine (MacKay 1992), with what is
-    assumed before added to both: where expectation maximisation ends, but in fewer rounds.
+    A variance is the sum of squares over the number of observations that determine it (MacKay 1992), with the prior
+    added to both. It is the limit of expectation maximisation, in fewer rounds.
     """
     old = joined.doubts
     misses = {number: _missed(joined, one) for number, one in linear.items()}
@@ -248,9 +247,9 @@ def _reweighted(joined: LandmarkMap, linear: Mapping[int, LinearMap]) -> Doubts:
 
 
 def _missed(joined: LandmarkMap, one: LinearMap) -> tuple[FloatArray, FloatArray, float, float]:
-    """What a walk was most probably off by, squared, and how many numbers of it the observations determine.
+    """Most probable squared errors of a walk, and how many numbers of them the observations determine.
 
-    Both for each of its ``k`` landmarks, m^2 over both axes; then for its map as a whole in units of its covariance.
+    For each of its ``k`` landmarks, m^2 over both axes; then for its map as a whole in units of its covariance.
     """
     design = one.design - one.frame @ (one.frame_gain @ one.design)
     spread = design @ joined.covariance[np.ix_(one.column, one.column)] @ design.T
@@ -280,20 +279,20 @@ def _survey_doubts(joined: LandmarkMap) -> FloatArray:
 
 
 CHANGE_SETTLED_M = 0.01
-"""To compare a survey with all others, which tell its place to several centimetres at best, less will do."""
+"""Coarser limit for comparing a survey with the others, which know its place to several centimetres at best."""
 
 
 def predicted(joined: LandmarkMap, landmark: int) -> LandmarkMap:
-    """Join again as if one landmark were not surveyed, from its best sight in a walk being a usual one.
+    """Join again as if one landmark were not surveyed, starting from a usual weight for its best sight.
 
-    Doubts are found anew: a wrong survey has made walks past it look worse than they are.
+    Weights are estimated again, because a wrong survey makes walks past it look worse than they are.
     """
     trial = replace(_sights_usual(joined, landmark), priors=joined.priors.without(landmark))
     return _joined_again(trial)
 
 
 def apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> LandmarkMap:
-    """Join again as if some walks had seen another landmark, which nobody surveyed: it becomes the last one."""
+    """Join again as if some walks had seen another, unsurveyed landmark, which becomes the last one."""
     new, trial = len(joined.position), _sights_usual(joined, landmark)
     maps = list(joined.maps)
     for number in walks:
@@ -312,7 +311,7 @@ def apart(joined: LandmarkMap, landmark: int, walks: Sequence[int]) -> LandmarkM
 
 
 def _sights_usual(joined: LandmarkMap, landmark: int) -> LandmarkMap:
-    """Doubt sights of a landmark by as much less that the best of them is a usual one."""
+    """Increase the weights of sights of a landmark so that the best of them is a usual one."""
     rows = [one.landmark == landmark for one in joined.maps]
     least = min(
         (shift[row].min() for shift, row in zip(joined.doubts.shift, rows, strict=True) if row.any()), default=1
@@ -322,7 +321,7 @@ def _sights_usual(joined: LandmarkMap, landmark: int) -> LandmarkMap:
 
 
 def _joined_again(trial: LandmarkMap) -> LandmarkMap:
-    """Solve a joint map that differs a little from the one it was made of, its doubts found anew."""
+    """Solve a joint map that differs slightly from the original, with weights estimated again."""
     done = iterate(
         "the joint landmark map with a change",
         solved(trial),

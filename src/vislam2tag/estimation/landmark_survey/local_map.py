@@ -1,7 +1,7 @@
-"""A walk reduced to a map of the landmarks it passed, in its own frame, and how such maps are first put together.
+"""A walk reduced to a map of its landmarks in its own frame, and the initial joining of such maps.
 
-Nothing is known of how the frames lie in the building. Two maps with two landmarks in common, or one whose sheet's
-heading both know, fit in one way; so maps are put together to ever greater ones (charts), the survey being one of them.
+The poses of the frames in the building are unknown. Two maps with two common landmarks, or with one whose sheet heading
+both know, fit in one way. Maps are therefore joined to larger and larger submaps (charts); the survey is one of them.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from vislam2tag.estimation.smoother import SolvedWalk
 
 @dataclass(frozen=True)
 class LinearMap:
-    """A local map's observations about one solution, linear in the landmarks and in where the map's frame lies.
+    """A local map's observations about one solution, linear in the landmarks and in the pose of the map's frame.
 
-    ``column`` (3k,) of its landmarks' unknowns: x and y of each, then headings; ``residual`` (r,) observed minus
+    ``column`` (3k,) of its landmarks' unknowns: x and y of each, then headings. ``residual`` (r,) is observed minus
     predicted; ``design`` (r, 3k) by landmarks alone and ``frame`` (r, 3) by x, y, turn of its frame. ``covariance``
-    (r, r) is the map's, taken ``walk_factor`` times; ``shift`` (r,), a diagonal, that of landmarks off their places.
+    (r, r) is that of the map, with factor ``walk_factor``; ``shift`` (r,), a diagonal, that of the offsets of sights.
     Metres and rad.
     """
 
@@ -38,14 +38,14 @@ class LinearMap:
     shift: FloatArray
 
     def doubted(self, walk_factor: float, shift_m2: FloatArray) -> LinearMap:
-        """The same with other doubts of the walk and of where it sees each landmark (k,), m^2."""
+        """The same with other weights of the walk and other variances (k,) of its sights, m^2."""
         headings = len(self.residual) - 2 * len(shift_m2)
         shift = np.concatenate((np.repeat(shift_m2, 2), np.zeros(headings)))
         return replace(self, walk_factor=walk_factor, shift=shift)
 
     @property
     def own(self) -> FloatArray:
-        """(r, r) covariance of what the walk does not know."""
+        """(r, r) covariance of the walk's own errors."""
         return self.covariance * self.walk_factor
 
     @property
@@ -55,21 +55,21 @@ class LinearMap:
 
     @cached_property
     def worth(self) -> FloatArray:
-        """(r, r) of the observations in a frame that is known."""
+        """(r, r) information of the observations in a known frame."""
         return np.asarray(np.linalg.inv(self.noise), dtype=np.float64)
 
     @cached_property
     def frame_covariance(self) -> FloatArray:
-        """(3, 3) of where the frame lies, if the landmarks are known."""
+        """(3, 3) covariance of the frame's pose if the landmarks are known."""
         return np.asarray(np.linalg.inv(self.frame.T @ self.worth @ self.frame), dtype=np.float64)
 
     @cached_property
     def frame_gain(self) -> FloatArray:
-        """(3, r) by how much observations move the frame, if the landmarks are known."""
+        """(3, r) derivative of the frame's pose by the observations if the landmarks are known."""
         return np.asarray(self.frame_covariance @ self.frame.T @ self.worth)
 
     def equations(self) -> tuple[FloatArray, FloatArray]:
-        """Information (3k, 3k) on the landmarks' unknowns once the frame has adapted itself, and right side (3k,)."""
+        """Information (3k, 3k) on the landmarks' unknowns with a free frame, and right side (3k,)."""
         adapted = self.worth - self.worth @ self.frame @ self.frame_gain
         pull = self.design.T @ adapted
         return pull @ self.design, pull @ self.residual
@@ -77,11 +77,11 @@ class LinearMap:
 
 @dataclass(frozen=True)
 class LocalMap:
-    """``k`` different landmarks in the frame of a walk; where that frame lies in the building is not known.
+    """``k`` different landmarks in the frame of a walk, whose pose in the building is unknown.
 
-    ``landmark`` (k,) index of each; ``position`` (k,) complex, metres; ``heading_rad`` (k,) of the sheets, NaN where
-    none was logged; ``covariance`` (3k, 3k) of x, y of each landmark, then of all headings (m^2, m rad, rad^2; rows
-    and columns of missing headings mean nothing); ``passes`` (k,) how often each was passed.
+    ``landmark`` (k,) is the index of each; ``position`` (k,) complex, metres; ``heading_rad`` (k,) of the sheets, NaN
+    if none was logged. ``covariance`` (3k, 3k) is of x, y of each landmark, then of all headings (m^2, m rad, rad^2);
+    rows and columns of missing headings are invalid. ``passes`` (k,) is the number of passes of each.
     """
 
     landmark: IntArray
@@ -108,12 +108,12 @@ class LocalMap:
 
     @property
     def observed(self) -> IntArray:
-        """Rows (r,) of :attr:`covariance` that mean something."""
+        """Valid rows (r,) of :attr:`covariance`."""
         headings = np.flatnonzero(np.isfinite(self.heading_rad))
         return np.concatenate((np.arange(2 * len(self.landmark)), 2 * len(self.landmark) + headings))
 
     def select(self, keep: BoolArray) -> LocalMap:
-        """Keep only the landmarks of a mask (k,)."""
+        """Select the landmarks of a mask (k,)."""
         rows = np.flatnonzero(np.concatenate((np.repeat(keep, 2), keep)))
         some = with_rows(self, keep, "landmark", "position", "heading_rad", "passes")
         return replace(some, covariance=self.covariance[np.ix_(rows, rows)])
@@ -126,7 +126,7 @@ class LocalMap:
     ) -> LinearMap:
         """Linearise the map's observations about all landmarks' places (m,), complex metres, and headings (m,).
 
-        ``frame`` is where the map's frame lies and how it is turned, rad. Nothing is doubted.
+        ``frame`` is the position and rotation (rad) of the map's frame. All weights are usual.
         """
         k, landmark = len(self.landmark), self.landmark
         turn = np.exp(-1j * frame[1])
@@ -150,24 +150,24 @@ class LocalMap:
 
 
 LEAST_APART_M = 1.0
-"""Two landmarks tell how maps are turned if they are this far apart."""
+"""Smallest distance between two landmarks that determine a rotation."""
 SAME_PLACE_M = 0.5
 SAME_PLACE_SHARE = 0.03
-"""A landmark is at the same place in two maps within this, and this share of how far the common ones reach."""
+"""Tolerance for the place of a landmark in two maps, as a share of the extent of the common landmarks."""
 SAME_HEADING_RAD = 0.1
-"""Headings agree within this: a sheet's logged heading errs by some hundredths."""
+"""Tolerance for headings; logged headings of sheets have errors of some hundredths."""
 FEWEST_AGREEING = 2
-"""So many landmarks or headings must agree before maps are put together."""
+"""Number of landmarks or headings that must agree before maps are joined."""
 MOST_PAIRS = 300
-"""Of many pairs of landmarks those farthest apart say how maps may be turned."""
+"""Of many pairs of landmarks only those farthest apart determine possible rotations."""
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Local maps put together in one frame: of ``m`` landmarks and ``b`` maps.
+    """A submap: local maps joined in one frame, with ``m`` landmarks and ``b`` maps.
 
-    ``position`` (m,) complex, metres, and ``heading_rad`` (m,): NaN where not known here; ``origin`` (b,) complex and
-    ``turn_rad`` (b,): where the frames of the maps lie, NaN for maps that are not part of it.
+    ``position`` (m,) complex, metres, and ``heading_rad`` (m,) are NaN if unknown; ``origin`` (b,) complex and
+    ``turn_rad`` (b,) are the poses of the maps' frames, NaN for maps that are not part of it.
     """
 
     position: ComplexArray
@@ -179,7 +179,7 @@ class Chart:
 
     @classmethod
     def of_map(cls, own: LocalMap, number: int, maps: int, landmarks: int) -> Chart:
-        """Take one local map, the one with this number, for a chart."""
+        """Make a chart from one local map, the one with this number."""
         chart = cls._blank(maps, landmarks)
         chart.position[own.landmark] = own.position
         chart.heading_rad[own.landmark] = own.heading_rad
@@ -188,7 +188,7 @@ class Chart:
 
     @classmethod
     def of_survey(cls, priors: LandmarkPriors, maps: int) -> Chart:
-        """Take the survey for a chart."""
+        """Make a chart from the survey."""
         blank = cls._blank(maps, len(priors.position))
         return replace(blank, position=priors.position, heading_rad=priors.heading_rad, is_survey=True)
 
@@ -203,7 +203,7 @@ class Chart:
 
     @property
     def size(self) -> int:
-        """Number of landmarks that have a place."""
+        """Number of landmarks with a place."""
         return int(np.isfinite(self.position).sum())
 
     @property
@@ -212,14 +212,14 @@ class Chart:
         return np.asarray(np.isfinite(self.turn_rad))
 
     def common(self, other: Chart) -> int:
-        """How many landmarks tie two charts together; 0 where they do not say how one is turned."""
+        """Number of landmarks that connect two charts; 0 if they do not determine the rotation."""
         both = np.flatnonzero(np.isfinite(self.position) & np.isfinite(other.position))
         headed = np.isfinite(self.heading_rad[both] + other.heading_rad[both]).any()
         apart = np.abs(self.position[both] - self.position[both[:1]]).max(initial=0.0)
         return len(both) if headed or apart > LEAST_APART_M else 0
 
     def moved(self, turn_rad: float, shift: complex) -> Chart:
-        """The same chart in a frame turned and shifted (metres)."""
+        """The same chart in a frame that is turned and shifted (metres)."""
         turn = np.exp(1j * turn_rad)
         return Chart(
             self.position * turn + shift,
@@ -230,7 +230,7 @@ class Chart:
         )
 
     def with_chart(self, other: Chart) -> Chart | None:
-        """Put another chart onto this one, whose places count; None where they contradict each other."""
+        """Add another chart to this one, whose places have priority; None if they contradict each other."""
         fit = _fit(self, other)
         if fit is None:
             return None
@@ -245,7 +245,7 @@ class Chart:
 
 
 def tied_to_survey(maps: Sequence[LocalMap], priors: LandmarkPriors) -> Chart:
-    """Put all maps together that can be tied to the survey, directly or over others; the chart is in the BCS."""
+    """Join all maps that can be connected to the survey, directly or through others; the chart is in the BCS."""
     charts = [Chart.of_map(one, number, len(maps), len(priors.position)) for number, one in enumerate(maps)]
     charts = [Chart.of_survey(priors, len(maps)), *_grown(charts)]
     before = len(charts) + 1
@@ -256,7 +256,7 @@ def tied_to_survey(maps: Sequence[LocalMap], priors: LandmarkPriors) -> Chart:
 
 
 def _grown(charts: Sequence[Chart]) -> list[Chart]:
-    """Put onto the greatest chart whatever fits, best tied first; then onto the greatest of what is left."""
+    """Add everything that fits to the largest chart, best connections first; repeat with the remaining ones."""
     waiting = sorted(charts, key=lambda chart: -chart.size)
     grown = []
     while waiting:
@@ -279,7 +279,7 @@ def _grown(charts: Sequence[Chart]) -> list[Chart]:
 
 
 def _fit(first: Chart, second: Chart) -> tuple[float, complex] | None:
-    """Turn and shift that put the second chart onto the first as most common landmarks say."""
+    """Rotation and shift of the second chart that fit most common landmarks."""
     both = np.flatnonzero(np.isfinite(first.position) & np.isfinite(second.position))
     a, b = first.position[both], second.position[both]
     heading = first.heading_rad[both] - second.heading_rad[both]
@@ -298,7 +298,7 @@ def _fit(first: Chart, second: Chart) -> tuple[float, complex] | None:
 
 
 def _turns_of_pairs(a: ComplexArray, b: ComplexArray) -> FloatArray:
-    """By how much, rad (q,), pairs of places ``b`` (k,) must be turned to lie as in ``a`` (k,), complex metres."""
+    """Rotations (q,), rad, that turn pairs of places ``b`` (k,) into the directions in ``a`` (k,), complex metres."""
     pairs: IntArray = np.array(list(combinations(range(len(a)), 2)), dtype=np.int64).reshape(-1, 2)
     apart_a, apart_b = (points[pairs[:, 1]] - points[pairs[:, 0]] for points in (a, b))
     apart = np.minimum(np.abs(apart_a), np.abs(apart_b))

@@ -1,9 +1,9 @@
-"""Which reference is the odd one out: a surveyed place that the walks contradict, or what one walk saw of a landmark.
+"""Finds wrong references: a surveyed place that the walks contradict, or what one walk saw of a landmark.
 
-Survey and walks vote. What each says of a landmark is compared with what all others say of it, in units of what both
-admit: a survey with the map that does without it, a walk's sight of a landmark with the survey, all other walks and
-the rest of its own map; so is what all walks of a day saw of it. The greatest contradiction is believed, its reference
-left out, and all are asked again, so that one fault is not told of those that it bends.
+Survey and walks vote. Each reference is compared with what all others say, in units of the uncertainties of both. A
+survey is compared with the map without it. A walk's sight of a landmark is compared with the survey, all other walks
+and the rest of its own map, and so are the sights of all walks of a day. The reference with the greatest contradiction
+is removed, and all are compared again, so that its consequences are not reported as faults of others.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from vislam2tag.estimation.landmark_survey.device_metre import DeviceMetre, devi
 from vislam2tag.estimation.landmark_survey.landmark_map import SHIFT_DOF, LandmarkMap, join, linear_map
 
 SUSPECT_SIGMAS, SUSPECT_FACTOR = 1.5, 1.5
-"""A survey is looked at more closely that is so many standard deviations off, or whose landmark a walk is taken to have
-seen with so many times the usual variance."""
+"""A survey is tested with a full solution if it differs by this many standard deviations, or if a walk's sight of it
+has this factor on its variance."""
 SHARED_SIGMAS = 2.5
-"""Where two walks miss the surveyed place of a landmark by so many, and all together do, its survey is wrong."""
+"""If two walks and all walks together miss a surveyed place by this many standard deviations, the survey is wrong."""
 MOST_ODD = 20
-"""So many are left out before a survey is taken for one that does not fit at all."""
+"""Number of removed references above which the survey as a whole does not fit."""
 STATED_COUNTS = 10
-"""What is stated counts as much as so many comparisons in the variance factor a posteriori."""
+"""Weight of the stated uncertainties in the a-posteriori variance factor, in comparisons."""
 FEWEST_OTHERS = 2
-"""So many other references of its kind must stand beside one to contradict it."""
+"""Number of other references of its kind that are needed to contradict one."""
 
 
 @dataclass(frozen=True)
 class Votes:
-    """All references compared once those in ``odd``, greatest first, were left out; ``odd`` as they were till then.
+    """All comparisons after those in ``odd``, greatest first, were removed; ``odd`` as they were before.
 
-    ``joined`` is the map without them, and with the metres of ``odd_devices`` put right.
+    ``joined`` is the map without them, with corrected scales of ``odd_devices``.
     """
 
     odd: tuple[Comparison, ...]
@@ -53,10 +53,10 @@ class Votes:
 
 
 def vote(joined: LandmarkMap, days: Sequence[str | None] = (), devices: Sequence[str] = ()) -> Votes:
-    """Leave out the reference that contradicts the others most, until none does.
+    """Remove the reference that contradicts the others most, until none does.
 
-    With ``days`` (b,), on which each map's walk was made, what the walks of a day saw is compared, too; with
-    ``devices`` (b,) by which it was, what each of these takes for a metre.
+    With ``days`` (b,) of the maps' walks the sights of each day are compared, too; with ``devices`` (b,) also the
+    scales of devices.
     """
     odd: list[Comparison] = []
     odd_devices, joined = _devices_put_right(joined, devices)
@@ -72,9 +72,9 @@ def vote(joined: LandmarkMap, days: Sequence[str | None] = (), devices: Sequence
 
 
 def _devices_put_right(joined: LandmarkMap, devices: Sequence[str]) -> tuple[list[DeviceMetre], LandmarkMap]:
-    """Put right the metre of the device that contradicts the others most, until none does.
+    """Correct the scale of the device that contradicts the others most, until none does.
 
-    One that was put right says nothing of the others any more: it has its metre from the survey.
+    A corrected device has its scale from the survey and is no longer compared.
     """
     odd: list[DeviceMetre] = []
     for _ in set(devices):
@@ -88,11 +88,11 @@ def _devices_put_right(joined: LandmarkMap, devices: Sequence[str]) -> tuple[lis
 
 
 def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Comparison]:
-    """All references; of days those that may be odd."""
+    """All comparisons; of days those that may be wrong."""
     surveys, sights = _surveys(joined), _sights(joined)
     of_days = days_compared(joined, sights, days) if days else []
     by_survey, by_sight = _scale(surveys), _scale(sights)
-    # That single sights are nearer than stated says nothing of what those of a day have in common.
+    # Single sights with smaller errors than stated do not imply smaller common errors of a day.
     by_day = max(by_sight, 1.0)
     return [
         *(one.in_units_of(by_survey) for one in surveys),
@@ -102,9 +102,9 @@ def _compared(joined: LandmarkMap, days: Sequence[str | None]) -> list[Compariso
 
 
 def _culprit(found: Comparison, compared: Sequence[Comparison]) -> Comparison:
-    """The survey of a landmark, where several walks miss it or one alone passed it; else what was found.
+    """The survey of a landmark, if several walks miss it or only one passed it; otherwise what was found.
 
-    A day that contradicts the others accounts for what its walks miss: neither one of them nor the survey does.
+    A day that contradicts the others explains the misfits of its walks and of the survey.
     """
     of_landmark = [one for one in compared if one.landmark == found.landmark]
     of_days = [one for one in of_landmark if one.day is not None and one.verdict is Verdict.CONTRADICTS]
@@ -117,7 +117,7 @@ def _culprit(found: Comparison, compared: Sequence[Comparison]) -> Comparison:
 
 
 def _scale(compared: Sequence[Comparison]) -> float:
-    """By which factor comparisons of one kind are off by more than was stated, robustly.
+    """Factor by which comparisons of one kind exceed the stated uncertainties, robustly estimated.
 
     Baarda's data snooping with the variance factor a posteriori (Pope 1976).
     """
@@ -153,7 +153,8 @@ def _surveys(joined: LandmarkMap) -> list[Comparison]:
 
 
 def _survey(joined: LandmarkMap, landmark: int) -> Comparison:
-    """By taking its survey out of the solution; where that looks odd, or a walk is doubted instead, by solving anew."""
+    """Compare a survey by removing it from the solution; if it looks wrong, or a walk has a low weight instead, by
+    solving again."""
     surveyed, own = joined.priors.position[landmark], joined.priors.covariance[landmark]
     with_it = np.linalg.inv(joined.position_covariance[landmark])
     information = with_it - np.linalg.inv(own * joined.doubts.survey[landmark])
@@ -167,13 +168,13 @@ def _survey(joined: LandmarkMap, landmark: int) -> Comparison:
 
 
 def _sights_trusted(joined: LandmarkMap, landmark: int) -> bool:
-    """Whether no walk is taken to have seen the landmark much farther off than usual."""
+    """Whether no walk's sight of the landmark has an unusually low weight."""
     factors = [shift[one.landmark == landmark] for one, shift in zip(joined.maps, joined.doubts.shift, strict=True)]
     return bool(np.concatenate(factors).max(initial=0.0) < SUSPECT_FACTOR * (SHIFT_DOF + 2) / SHIFT_DOF)
 
 
 def _sights(joined: LandmarkMap) -> list[Comparison]:
-    """What each walk that is tied saw of each landmark, against all others and the rest of its own map."""
+    """Sights of each connected walk of each landmark, compared with all others and the rest of its own map."""
     others = OtherWalks(joined)
     return [one for number in np.flatnonzero(joined.tied).tolist() for one in _of_walk(joined, others, number)]
 
@@ -188,7 +189,7 @@ def _of_walk(joined: LandmarkMap, others: OtherWalks, number: int) -> list[Compa
     rows = np.flatnonzero(known)
     at = np.searchsorted(told.landmark, own.landmark[rows])
     places = np.arange(2 * len(rows))
-    # About the places told, so that residuals are what the walk misses them by; their own spread is carried along.
+    # Linearised about the places by the others, so that residuals are the walk's misfit; their covariance is included.
     moved = replace(joined, position=joined.position.copy())
     moved.position[told.landmark] = told.position
     linear = linear_map(moved, number)
@@ -204,7 +205,7 @@ def _of_walk(joined: LandmarkMap, others: OtherWalks, number: int) -> list[Compa
     found = []
     for row in range(len(rows)):
         pair = slice(2 * row, 2 * row + 2)
-        # Of one observation, what all others predict of it and how well, from the inverse of the whole covariance.
+        # The prediction of one observation by all others, with its uncertainty, from the inverse of the covariance.
         covariance = np.linalg.inv(worth[pair, pair])
         offset = covariance @ (worth @ residual)[pair]
         covariance -= np.eye(2) * (linear.shift[keep][2 * row] - usual_m2)

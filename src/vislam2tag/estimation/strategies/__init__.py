@@ -1,1 +1,1 @@
-"""Mapping strategies: one file each, and one for both variants of a mapping of the paper."""
+"""Mapping strategies: one file for each, and one for both variants of a mapping of the paper."""

@@ -19,19 +19,19 @@ from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 from vislam2tag.estimation.vertical import altitude_m
 
 APART_M = 2.0
-"""Fixes this far apart tell a heading where the phone has none of its own."""
+"""Smallest distance between fixes that determine a heading, if the phone has none of its own."""
 
 
 @dataclass(frozen=True)
 class DeadReckoning:
-    """Every moment between the first and the last inertial reading gets a position and a covariance."""
+    """Gives every moment between the first and the last inertial reading a position and a covariance."""
 
     settings: DeadReckoningSettings = field(default_factory=DeadReckoningSettings)
     heights: HeightSettings = field(default_factory=HeightSettings)
-    needs: str = "accelerometer and gyroscope, and two fixes some way apart"
+    needs: str = "accelerometer and gyroscope, and two fixes at different places"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-        """Map all usable frames, or none where sensors or fixes lack."""
+        """Map all usable frames, or none if sensors or fixes are missing."""
         del log
         builder = TrajectoryBuilder.blank(camera, Status.NO_MAPPING)
         height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
@@ -57,7 +57,7 @@ class DeadReckoning:
         )
 
     def reckoned(self, camera: CameraTrack, landmarks: Landmarks) -> ReckonedWalk | None:
-        """The walk through its fixes, between the walls of its floor; None where sensors or fixes lack."""
+        """The walk through its fixes, between the walls of its floor; None if sensors or fixes are missing."""
         height = heights_by_pressure(camera.time_ns, camera.pressure, landmarks.storeys, self.heights)
         one_floor = len(np.unique(height.floor)) < 2
         return _reckoned(camera, camera.area if one_floor else None, self.settings)
@@ -83,7 +83,7 @@ def _seconds(time_ns: IntArray, walk: ReckonedWalk) -> FloatArray:
 
 
 def _events(camera: CameraTrack, walk: ReckonedWalk, frame: IntArray, time_s: FloatArray) -> tuple[TrackerEvent, ...]:
-    """What happened, at the frame at which it began, and the fixes that contradict the others."""
+    """Events, at their first frame, and fixes that contradict the others."""
 
     def frame_at(moment_s: float) -> int:
         return int(frame[min(int(np.searchsorted(time_s, moment_s)), len(frame) - 1)])

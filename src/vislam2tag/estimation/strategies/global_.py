@@ -18,13 +18,13 @@ from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed
 class GlobalMapping:
     """Least squares between each landmark's median logged position and its surveyed one.
 
-    The medians take all logged rows, those of lost tracking included, as the published program does. Frames from the
-    first boundary (a visit, or an end of a stretch without landmarks) to before the last one are mapped.
+    The medians include all logged rows, even during tracking losses, as in the published program. Frames from the first
+    boundary (a visit, or an end of a stretch without landmarks) to the one before the last boundary are mapped.
     """
 
     transformation: type[Similarity2] | type[Affine2]
     visit_radius_m: float
-    needs: str = "two surveyed landmarks seen"
+    needs: str = "sightings of two surveyed landmarks"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
         """Map all frames between the first and the last boundary by one transformation."""
@@ -54,6 +54,6 @@ def _median_pairs(log: LandmarkLog, landmarks: Landmarks) -> tuple[FloatArray, F
 register("global", lambda settings: GlobalMapping(Similarity2, settings.visit_radius_m))
 
 
-NEEDS = "three surveyed landmarks seen that are not on one line"
+NEEDS = "sightings of three surveyed landmarks that are not on one line"
 
 register("global-affine", lambda settings: GlobalMapping(Affine2, settings.visit_radius_m, NEEDS))

@@ -1,6 +1,6 @@
 """The paper's local mapping: one similarity for each sub-trajectory between two landmarks (section V-B).
 
-``local-corrected`` gives up sub-trajectories which cannot be right.
+``local-corrected`` discards sub-trajectories that are impossible.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from vislam2tag.estimation.strategy import TrajectoryBuilder, register, surveyed
 
 @dataclass(frozen=True)
 class LocalMapping:
-    """Sends each sub-trajectory's end landmarks, where the tracker had them then, to their surveyed positions.
+    """Maps the end landmarks of each sub-trajectory, as the tracker had them then, to their surveyed positions.
 
-    With ``discards`` (``local-corrected``) a sub-trajectory is given up where tracking was lost at one of its ends,
-    or where two neighbouring mapped frames are more than ``max_step_m`` apart; without (``local``) nothing is.
+    With ``discards`` (``local-corrected``) a sub-trajectory is discarded if tracking was lost at one of its ends, or if
+    two successive mapped frames are more than ``max_step_m`` apart. Without it (``local``) all are kept.
     """
 
     visit_radius_m: float
@@ -32,7 +32,7 @@ class LocalMapping:
     needs = "visits to two different surveyed landmarks"
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-        """Map each sub-trajectory on its own; the others keep what discarded them."""
+        """Map each sub-trajectory separately; discarded ones have their cause as status."""
         visits = find_visits(camera, surveyed_rows(log, landmarks), self.visit_radius_m)
         return self.map_between(visits, camera, log, landmarks)
 
@@ -54,7 +54,7 @@ class LocalMapping:
     def _map_segment(
         self, builder: TrajectoryBuilder, segment: Segment, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks
     ) -> Segment:
-        """Map one segment, or discard it; return it with the status it got."""
+        """Map one segment, or discard it; return it with its status."""
         start, stop = segment.start, segment.stop
         status = Status(segment.status)
         if status == Status.OK:
@@ -86,7 +86,7 @@ def _segments(boundaries: tuple[Visit, ...], first: int, last: int) -> list[Segm
 
 
 def _between_landmarks(segment: Segment, log: LandmarkLog, landmarks: Landmarks) -> Similarity2:
-    """Similarity that sends the two end landmarks, as logged at the segment's two ends, to the survey."""
+    """Similarity that maps the two end landmarks, as logged at the segment's two ends, to the survey."""
     ends = ((segment.first_landmark, segment.start), (segment.last_landmark, segment.stop))
     logged = np.array([_logged_at(log, landmark_id, frame) for landmark_id, frame in ends])
     surveyed = landmarks.position_bcs[[landmarks.index[landmark_id] for landmark_id, _ in ends]]

@@ -26,21 +26,21 @@ from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 
 @dataclass(frozen=True)
 class Smoother:
-    """One robust least-squares problem over the whole walk: every usable frame gets a position and a covariance."""
+    """One robust least-squares problem for the whole walk: every usable frame gets a position and a covariance."""
 
     sighting_range_m: float
     allow_for_pose_lag: bool = False
     body_behind_camera_m: float = 0.0
     heights: HeightSettings = field(default_factory=HeightSettings)
     without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
-    """What maps sessions that have no poses."""
+    """The strategy for sessions without poses."""
     needs: str = (
-        "two surveyed landmarks seen half a metre apart, or one whose heading is surveyed (a session without poses: "
-        "two known positions some way apart)"
+        "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading (a session without "
+        "poses: two known positions at different places)"
     )
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
-        """Map all usable frames, or none where the landmarks seen do not tie the walk to the building."""
+        """Map all usable frames, or none if the sighted landmarks do not connect the walk to the building."""
         if camera.without_poses:
             return self.without_tracker.map(camera, log, landmarks)
         nothing = TrajectoryBuilder.blank(camera, Status.NO_MAPPING).finish(camera, (), ())
@@ -50,7 +50,7 @@ class Smoother:
         observations = observe()
         priors = LandmarkPriors.of(observations.ids, landmarks)
         smoothed = solve_walk(observations, priors, camera.tracker)
-        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):  # IMU: when it did
+        if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):  # the IMU shows when
             observations = observe(slips=True)
             smoothed = solve_walk(observations, priors, camera.tracker)
         nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
@@ -71,7 +71,7 @@ class Smoother:
         )
 
     def _placed(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, z_m: FloatArray) -> Trajectory:
-        """Positions, covariances and orientations at the frames used (n,), of the body and at their stamps."""
+        """Positions, covariances and orientations at the used frames (n,), of the body and at their stamps."""
         path, spread, rotation = mapped_path(smoothed)
         orientation = camera_to_bcs(camera.orientation_acs[frame], rotation)
         if self.body_behind_camera_m:
@@ -88,7 +88,7 @@ class Smoother:
         return builder.finish(camera, (), ())
 
     def _tied(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, ties: PlaceTies) -> SolvedWalk:
-        """Smooth again with what others tell of the body, which is behind the camera; ``frame`` (n,) are used."""
+        """Smooth again with places of the body, which is behind the camera, from others; ``frame`` (n,) are used."""
         time_ns = camera.time_ns[frame]
         if self.body_behind_camera_m:
             view = level_view(camera_to_bcs(camera.orientation_acs[frame], mapped_path(smoothed)[2]))

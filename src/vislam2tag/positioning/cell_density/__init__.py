@@ -1,7 +1,7 @@
-"""What cell-density is made of.
+"""Parts of the model cell-density.
 
-Scans are compared by ``scan_kernels``, which also solve for densities over cells and for storeys, and leave out scans
-whose storey the others contradict. ``level_field`` says what is heard where nobody was, ``novelty`` how unlike a scan
-is to all that was learned. ``density_model`` puts them together; ``torch_module`` says it in PyTorch. ``local-kriging``
-uses the kernels and the regression onto storeys, too.
+``scan_kernels`` compares scans, solves for densities over cells and for storeys, and removes scans with a contradicted
+storey. ``level_field`` predicts levels at places without scans, and ``novelty`` measures how unlike the training set a
+scan is. ``density_model`` combines them, and ``torch_module`` does the same in PyTorch. ``local-kriging`` also uses the
+kernels and the regression onto storeys.
 """

@@ -1,4 +1,4 @@
-"""What :mod:`.models.cell_density` learns: kernel regressions onto cells and storeys."""
+"""The learned part of :mod:`.models.cell_density`: kernel regressions onto cells and storeys."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from vislam2tag.positioning.places import DensityCells, LabelledScans, ScanPlace
 from vislam2tag.positioning.radio_scans import RadioScans, augmented
 
 MOST_CENTRES = 1500
-"""Kernels lie around so many training scans, drawn at random where there are more."""
+"""Largest number of training scans used as kernel centres, drawn at random if there are more."""
 _CELL_SHARE = 0.8
-"""Side of a cell as a share of how far a label reaches."""
+"""Side of a cell as a share of the label width."""
 _AT_ONCE = 1024
 LEAST_DENSITY = 1e-9
-"""What a cell of the storey is worth at least, so that every scan has a place."""
+"""Smallest density of a cell on the storey, so that every scan has a place."""
 Targets = Callable[[ScanPlaces], FloatArray]
-"""From places (n) to what a regression should answer there (n, t)."""
+"""From places (n) to the regression's targets there (n, t)."""
 
 
 @dataclass(frozen=True)
 class LearningSetup:
-    """How to learn."""
+    """Options of learning."""
 
     copies: int
     """Augmented copies of each scan for the kernels."""
@@ -47,16 +47,16 @@ class LearningSetup:
 
 @dataclass(frozen=True)
 class DensityShape:
-    """How sharp and how smooth a density is."""
+    """Sharpness and smoothness of a density."""
 
     sharpness: float
-    """How fast the kernel falls."""
+    """How fast the kernel decreases."""
     ridge: float
-    """How much the regression is smoothed."""
+    """Regularisation of the regression."""
     width_m: float
-    """How far a label reaches; one standard deviation."""
+    """Width of a label; one standard deviation."""
     noise_db: float = NOISES_DB[0]
-    """How far levels of one place differ, for the field of levels."""
+    """Standard deviation of levels at one place, for the field of levels."""
 
     @property
     def cell_m(self) -> float:
@@ -65,25 +65,25 @@ class DensityShape:
 
 
 class DensityAnswer(NamedTuple):
-    """What is said of ``n`` scans."""
+    """Answers for ``n`` scans."""
 
     storey_probability: FloatArray
     """(n, s)"""
     xy: FloatArray
-    """(n, 2) the density's place on the likeliest storey, metres."""
+    """(n, 2) the density's place on the most likely storey, metres."""
     field_xy: FloatArray
-    """(n, 2) the place by the field of levels, which reaches where nobody was, metres."""
+    """(n, 2) the place by the field of levels, which extends beyond the surveyed places, metres."""
     spread_m: FloatArray
-    """(n,) how far guesses lie apart: geometric mean of the density's mean distance from its place and that of the
-    most similar scans' places."""
+    """(n,) spread of guesses: geometric mean of the density's mean distance from its place and that of the most similar
+    scans' places."""
     novelty: FloatArray
-    """(n,) how unlike a scan is to all that was learned."""
+    """(n,) how unlike the training set a scan is."""
 
     def blended(self, half_novelty: float) -> FloatArray:
-        """Return places (n, 2), metres: the density's where nothing is new, midway at ``half_novelty``, the field's far
+        """Return places (n, 2), metres: the density's if nothing is new, midway at ``half_novelty``, the field's far
         beyond.
 
-        With an infinite ``half_novelty`` the density's everywhere, with 0 the field's.
+        With an infinite ``half_novelty`` always the density's, with 0 always the field's.
         """
         if half_novelty == 0:
             return self.field_xy
@@ -93,19 +93,19 @@ class DensityAnswer(NamedTuple):
 
 @dataclass(frozen=True)
 class DensityModel:
-    """Cells, and the functions that say how likely each cell and each storey is, and what is heard where."""
+    """Cells, and functions for the probability of each cell and storey, and for expected levels."""
 
     cells: DensityCells
     density: KernelRegression[DirectionKernel]
     storeys: KernelRegression[StoreyKernel]
     field: LevelField | None
-    """None where the density alone is asked."""
+    """None if only the density is used."""
     references: ReferenceScans
     mislabelled: int = 0
-    """Scans that were not learned from, as the others contradict their storey."""
+    """Scans that were ignored in training, because the others contradict their storey."""
 
     def answer(self, scans: RadioScans) -> DensityAnswer:
-        """Say where scans (n) were taken."""
+        """Estimate where scans (n) were taken."""
         blocks = [self._answer(scans[rows]) for rows in _blocks(max(len(scans), 1))]
         return DensityAnswer(*(np.concatenate(block) for block in zip(*blocks, strict=True)))
 
@@ -122,7 +122,7 @@ class DensityModel:
 
 
 def learned_model(scans: RadioScans, places: ScanPlaces, shape: DensityShape, setup: LearningSetup) -> DensityModel:
-    """Learn cells and storeys from those of the scans (n) at places (n) whose storey the others do not contradict."""
+    """Learn cells and storeys from the scans (n) at places (n), except scans with a contradicted storey."""
     doubted = mislabelled(scans, places.storey, _centres(len(scans), setup))
     scans, places = scans[~doubted], places[~doubted]
     cells = cells_near(places, shape.cell_m)
@@ -137,7 +137,7 @@ def learned_model(scans: RadioScans, places: ScanPlaces, shape: DensityShape, se
 def errors_on_storey_m(
     learn: LabelledScans, held_out: LabelledScans, shapes: Sequence[DensityShape], setup: LearningSetup
 ) -> FloatArray:
-    """Return errors in the plane (shapes, n) on held-out scans whose storey is known; shapes differ in ridge alone."""
+    """Return errors in the plane (shapes, n) on held-out scans with known storey; shapes differ only in their ridge."""
     first = shapes[0]
     cells = cells_near(learn[1], first.cell_m)
     level, truth = levels(held_out[0]), held_out[1]
@@ -156,7 +156,8 @@ def _learned_densities(
     ridges: Sequence[float],
     setup: LearningSetup,
 ) -> list[KernelRegression[DirectionKernel]]:
-    """Regress onto the densities of labels, from the scans and augmented copies of each; one function a ridge."""
+    """Regress onto the densities of labels, from the scans and augmented copies of each; one function for each
+    ridge."""
     scans, places = labelled
     rng = np.random.default_rng(setup.seed)
     centres = _centres(len(scans), setup)
@@ -181,7 +182,7 @@ def _examples(
 
 
 def learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) -> KernelRegression[StoreyKernel]:
-    """Regress onto storeys, with kernels around scans (m,), by index; augmented copies made this worse."""
+    """Regress onto storeys, with kernels around scans (m,), by index; without augmented copies, which do not help."""
     one_hot = np.eye(len(places.storeys))
     kernel = StoreyKernel.around(levels(scans[centres]))
     equations = KernelNormalEquations.empty(kernel, one_hot[places.storey[centres]].mean(axis=0), len(centres))
@@ -190,13 +191,13 @@ def learned_storeys(scans: RadioScans, places: ScanPlaces, centres: IntArray) ->
 
 
 def _shares(score: FloatArray, least: float) -> FloatArray:
-    """Cut scores (n, t) off below and make them sum to 1."""
+    """Raise scores (n, t) to a minimum and normalise their sums to 1."""
     score = np.maximum(score, least)
     return np.asarray(score / np.maximum(score.sum(axis=1, keepdims=True), LEAST_DENSITY))
 
 
 def _centres(count: int, setup: LearningSetup) -> IntArray:
-    """Draw which of so many scans kernels lie around: (m,) indices, in order."""
+    """Draw the scans that are kernel centres: (m,) indices, in order."""
     return np.sort(np.random.default_rng(setup.seed).permutation(count)[:MOST_CENTRES])
 
 

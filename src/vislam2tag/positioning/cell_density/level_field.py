@@ -1,13 +1,13 @@
-"""Expected levels everywhere on a storey, also where nobody was, and where a scan was taken by them.
+"""Expected levels everywhere on a storey, also at places without scans, and positions from them.
 
-Where access points stand and how their levels fall with distance is the log-distance model (Seidel and Rappaport 1992):
-a level falls by ten times an exponent for each tenfold distance. Every access point has its own place and exponent, and
-on every storey its own power, as ceilings take different shares. What was not heard was too faint or, rarely, missed
-(the Tobit model of Tobin 1958).
+Positions of access points and the decrease of their levels follow the log-distance model (Seidel and Rappaport 1992): a
+level decreases by ten times an exponent for each tenfold distance. Every access point has its own place and exponent.
+It also has its own power on every storey, because ceilings attenuate differently. Signals that were not heard were too
+faint or, rarely, missed (the Tobit model of Tobin 1958).
 
-A Gaussian process lies around the path loss of each access point (as Ferris, Haehnel and Fox 2006, "Gaussian processes
-for signal strength-based location estimation", around a constant): near training scans levels are theirs, far from all
-of them those that the distance tells.
+A Gaussian process models deviations from the path loss of each access point (as Ferris, Haehnel and Fox 2006, "Gaussian
+processes for signal strength-based location estimation", do around a constant). Near training scans levels are theirs;
+far from all of them they follow the path loss.
 """
 
 from __future__ import annotations
@@ -26,46 +26,46 @@ from vislam2tag.positioning.radio_scans import CheckedArrays
 
 _GRID_M = 4.0
 _BEYOND_CELLS = 3
-"""Places of access points that are tried: this far apart, up to this many farther than anybody was."""
+"""Candidate places of access points extend this many cells beyond the surveyed places."""
 _CLOSEST_M = 3.0
-"""Levels rise no further within this distance: antennas hang above heads."""
+"""Levels are constant within this distance, because antennas are mounted above heads."""
 _POWER_DBM = -40.0, 15.0
 _EXPONENT = 2.8, 0.5
-"""Believed before anything is heard: mean and standard deviation."""
+"""Prior of the exponent: mean and standard deviation."""
 _LEAST_EXPONENT = 1.0
-"""Levels fall with distance, whatever is heard: along a corridor hardly more slowly than this."""
+"""Smallest exponent: levels decrease with distance, even along a corridor, by hardly less than this."""
 _DEVIATION_DB = 6.0
-"""Of levels from the model: walls, shadows, and fading."""
+"""Standard deviation of levels from the model: walls, shadows, and fading."""
 _MISSED = 0.05
-"""Share of levels that a scan misses although they are loud enough."""
+"""Share of levels that a scan misses although they are strong enough."""
 _CENSORED_DB = 8.0
-"""What is not heard tells of the model only where that expects it at most this much below the faintest level."""
+"""A missing level affects the model only if the expected level is at most this much below the faintest one."""
 _PATH_LOSS_ROUNDS = 8
-"""A part of the model, no limit: which unheard levels count follows from the model before, so that more rounds need not
-settle. The eighth moves expected levels by 0.03 dB (root mean square) on the demo's data set, where the fifteenth does
-by 0.01 dB, and by 3.6 dB on 500 scans of Tampere, where the fifteenth does by 3.4 dB."""
+"""Part of the model, not an iteration limit: the unheard levels that count follow from the model before, so more rounds
+need not converge. The eighth round changes expected levels by 0.03 dB (root mean square) on the demo's data set, and
+the fifteenth by 0.01 dB. On 500 scans of Tampere the changes are 3.6 dB and 3.4 dB."""
 
 
 @dataclass(frozen=True)
 class PathLoss:
-    """The model for ``a`` access points on ``s`` storeys."""
+    """The path loss model for ``a`` access points on ``s`` storeys."""
 
     xy: FloatArray
-    """(a, 2) where they stand, metres."""
+    """(a, 2) positions, metres."""
     exponent: FloatArray
     """(a,)"""
     power_dbm: FloatArray
-    """(s, a) level that a storey would have at 1 m."""
+    """(s, a) level at 1 m, for each storey."""
 
     def level_dbm(self, storey: IntArray, xy: FloatArray) -> FloatArray:
-        """Return the levels (n, a) to be expected at places (n) and (n, 2)."""
+        """Return the expected levels (n, a) at places (n) and (n, 2)."""
         return np.asarray(self.power_dbm[storey] - self.exponent * _fall_db(xy, self.xy))
 
 
 def fitted_path_loss(level_dbm: FloatArray, places: ScanPlaces, faintest_dbm: float) -> PathLoss:
-    """Fit to the levels (n, a) of scans, NaN where not heard; below the faintest level nothing is heard.
+    """Fit to the levels (n, a) of scans, NaN if not heard; levels below the faintest are never heard.
 
-    For each access point all places of a grid are tried; given the place, exponent and powers are a ridge regression.
+    For each access point all places of a grid are tried; for each place, exponent and powers are a ridge regression.
     """
     heard = np.isfinite(level_dbm)
     grid = cells_near(replace(places, storey=np.zeros_like(places.storey)), _GRID_M, _BEYOND_CELLS).centre_m
@@ -81,9 +81,9 @@ def fitted_path_loss(level_dbm: FloatArray, places: ScanPlaces, faintest_dbm: fl
 
 
 def unheard_dbm(expected_dbm: FloatArray, deviation_db: float | FloatArray, faintest_dbm: float) -> FloatArray:
-    """Estimate levels that were not heard where so much was expected, all of one shape, dBm.
+    """Estimate unheard levels from the expected ones, all of one shape, dBm.
 
-    The mean of what is below the faintest level, but for the chance that the scan missed it (:data:`_MISSED`).
+    The mean of levels below the faintest one, combined with the chance that the scan missed it (:data:`_MISSED`).
     """
     z = (faintest_dbm - expected_dbm) / deviation_db
     log_below = log_ndtr(z)
@@ -93,12 +93,12 @@ def unheard_dbm(expected_dbm: FloatArray, deviation_db: float | FloatArray, fain
 
 
 def _best(level: FloatArray, weight: FloatArray, fall_db: FloatArray, places: ScanPlaces, grid: FloatArray) -> PathLoss:
-    """Choose for each access point the place of the ``grid`` (g, 2), metres, under which its levels (n, a) fit best.
+    """Choose for each access point the place of the ``grid`` (g, 2), metres, that fits its levels (n, a) best.
 
-    ``weight`` (n, a): 1 where a level counts, else 0; ``fall_db`` (n, g) is how much a level falls from each place.
+    ``weight`` (n, a): 1 if a level counts, else 0; ``fall_db`` (n, g) is the decrease of a level from each place.
 
-    With y the levels above the power believed, p the power above it and m the exponent, y = p - m f on each storey:
-    the powers are eliminated, one equation in m is left.
+    With y the levels above the prior power, p the power above it and m the exponent, y = p - m f on each storey. The
+    powers are eliminated, which leaves one equation in m.
     """
     believed, ridge = _EXPONENT[0], (_DEVIATION_DB / _EXPONENT[1]) ** 2
     flat = (_DEVIATION_DB / _POWER_DBM[1]) ** 2
@@ -108,7 +108,7 @@ def _best(level: FloatArray, weight: FloatArray, fall_db: FloatArray, places: Sc
     for storey in range(len(places.storeys)):
         on = places.storey == storey
         w, y, f = weight[on], weight[on] * (level[on] - _POWER_DBM[0]), fall_db[on]
-        # Sums over scans: of weights, falls, their squares; of levels as they lie above the believed fall, and so on.
+        # Sums over scans: of weights, decreases and their squares; of levels above the prior decrease, and so on.
         total, falls, falls2 = w.sum(axis=0)[:, None] + flat, w.T @ f, w.T @ f**2
         above = y.sum(axis=0)[:, None] + believed * falls
         together = y.T @ f
@@ -125,49 +125,49 @@ def _best(level: FloatArray, weight: FloatArray, fall_db: FloatArray, places: Sc
 
 
 def _fall_db(xy: FloatArray, of: FloatArray) -> FloatArray:
-    """(n, m) how much a level falls from 1 m to the distance of places (n, 2) and (m, 2) for each unit of exponent."""
+    """(n, m) decrease of a level from 1 m to the distance between places (n, 2) and (m, 2) for each unit of
+    exponent."""
     away2 = sum((xy[:, axis, None] - of[:, axis]) ** 2 for axis in (0, 1))
     return np.asarray(5 * np.log10(away2 + _CLOSEST_M**2))
 
 
 NOISES_DB = (3.0, 6.0, 12.0)
-"""Tried: how far levels of one place differ (one standard deviation), but for the offset that a scan's share."""
+"""Candidates for the standard deviation of levels at one place, without the offset common to a scan."""
 OFFSET_DB = 4.0
-"""Of a scan's levels in common, one standard deviation: phones differ, and so do the bodies beside them."""
+"""Standard deviation of a scan's common offset, because phones and bodies differ."""
 _SHADOW_DB, _SHADOW_LENGTH_M = 8.0, 20.0
-"""How far levels differ from the path loss (one standard deviation), and over which distance they do so alike."""
+"""Standard deviation of levels from the path loss, and its correlation length."""
 _REACH_M = 12.0
-"""How far from training scans a place may be."""
+"""Largest distance of a place from training scans."""
 _SIDE_M = 1.5
 _COARSER = 1.25
 _MOST_NUMBERS = 4_000_000
 _FEWEST = 200
-"""Cells have this side, and so many times more that cells by access points are no more than these; fewer access points
-count as these."""
+"""Smallest side of cells. It grows until cells times access points are below this limit; fewer access points count as
+this number."""
 _FAINT_SHARE = 0.02
-"""Share of levels heard below what counts as the faintest."""
+"""Share of heard levels below the level that counts as the faintest."""
 _ROUNDS = 3
-"""So often levels that were not heard are guessed anew from what the scans around heard, or were guessed to: a part of
-the model, no limit. The third guess differs from the second by 0.2 to 0.8 dB (root mean square, by noise) on the demo's
-data set, the tenth from the ninth by 0.04 to 0.1 dB."""
+"""Number of times that unheard levels are estimated from the scans around; part of the model, not an iteration limit.
+On the demo's data set the third estimate differs from the second by 0.2 to 0.8 dB (root mean square, by noise), the
+tenth from the ninth by 0.04 to 0.1 dB."""
 
 
 @dataclass(frozen=True)
 class LevelField:
-    """What is heard in ``c`` cells of ``a`` access points."""
+    """Expected levels of ``a`` access points in ``c`` cells."""
 
     cells: DensityCells
     level_dbm: FloatArray
     """(c, a) expected."""
     variance: FloatArray
-    """(c,) of a level from the expected one, dB^2."""
+    """(c,) variance of a level around the expected one, dB^2."""
 
     def place(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
         """Return the mean place (n, 2), metres, on storeys (n,), by the likelihood of levels (n, a), NaN: not heard.
 
-        The offset is integrated out: with m levels, r their residuals, v their variance and o^2 that of the offset the
-        residuals' covariance is v I + o^2 1 1', whose inverse is (I - 1 1' o^2 / (v + m o^2)) / v (Sherman and
-        Morrison).
+        The offset is integrated out. With m levels, r their residuals, v their variance and o^2 that of the offset, the
+        residuals' covariance is v I + o^2 1 1'. Its inverse is (I - 1 1' o^2 / (v + m o^2)) / v (Sherman and Morrison).
         """
         at_once = max(_MOST_NUMBERS // len(self.cells), 1)
         blocks = (slice(start, start + at_once) for start in range(0, max(len(level_dbm), 1), at_once))
@@ -179,7 +179,7 @@ class LevelField:
         return np.asarray(likelihood @ self.cells.centre_m / likelihood.sum(axis=1, keepdims=True))
 
     def _log_likelihood(self, level_dbm: FloatArray, storey: IntArray) -> FloatArray:
-        """(n, c) 0 for the likeliest cell of the storey, -inf for those of others; where it has no cell, all count."""
+        """(n, c) 0 for the likeliest cell of the storey, -inf for cells of others; without cells there, all count."""
         heard = np.isfinite(level_dbm).astype(np.float64)
         level = np.nan_to_num(level_dbm)
         count = heard.sum(axis=1)[:, None]
@@ -193,7 +193,7 @@ class LevelField:
         return np.asarray(log - log.max(axis=1, keepdims=True))
 
     def arrays(self) -> dict[str, AnyArray]:
-        """Return the arrays of cells and of what is expected there, for saving."""
+        """Return the arrays of cells and expected levels, for saving."""
         return {
             "field_storey": self.cells.storey,
             "field_centre_m": self.cells.centre_m,
@@ -203,9 +203,9 @@ class LevelField:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays) -> Self:
-        """Take back what :meth:`arrays` gave, over ``a`` access points and ``s`` storeys.
+        """Restore from the result of :meth:`arrays`, over ``a`` access points and ``s`` storeys.
 
-        Raises ValueError where it does not fit.
+        Raises ValueError if it does not fit.
         """
         storey = arrays.integers("field_storey", "f", below=arrays.sizes["s"])
         cells = DensityCells(storey, arrays.floats("field_centre_m", "f", 2))
@@ -214,7 +214,7 @@ class LevelField:
 
 
 def learned_fields(level_dbm: FloatArray, places: ScanPlaces, noises_db: Sequence[float]) -> list[LevelField]:
-    """Learn from levels (n, a) at places (n), NaN where not heard: a field a noise; their path loss is the same."""
+    """Learn from levels (n, a) at places (n), NaN if not heard: one field for each noise, with the same path loss."""
     faintest_dbm = float(np.nanquantile(level_dbm, _FAINT_SHARE))
     path_loss = fitted_path_loss(level_dbm, places, faintest_dbm)
     cells = _cells(places, level_dbm.shape[1])
@@ -231,10 +231,10 @@ def _cells(places: ScanPlaces, access_points: int) -> DensityCells:
 
 
 class _FieldData(NamedTuple):
-    """What fields are learned from."""
+    """Data that fields are learned from."""
 
     level_dbm: FloatArray
-    """(n, a) NaN where not heard."""
+    """(n, a) NaN if not heard."""
     places: ScanPlaces
     path_loss: PathLoss
     faintest_dbm: float
@@ -256,7 +256,7 @@ def _field(data: _FieldData, cells: DensityCells, noise_db: float) -> LevelField
 
 
 def _residuals(level_dbm: FloatArray, mean_dbm: FloatArray, inverse: FloatArray, faintest_dbm: float) -> FloatArray:
-    """Return how far levels (n, a) exceed the path loss (n, a), dB; those not heard are guessed from the scans around.
+    """Return the excess of levels (n, a) over the path loss (n, a), dB; unheard ones are estimated from neighbours.
 
     ``inverse`` (n, n) is that of the levels' covariance.
     """
@@ -264,13 +264,13 @@ def _residuals(level_dbm: FloatArray, mean_dbm: FloatArray, inverse: FloatArray,
     residual = np.where(heard, level_dbm - mean_dbm, 0.0)
     own = np.diag(inverse)[:, None]
     for _ in range(_ROUNDS):
-        around_dbm = mean_dbm + residual - (inverse @ residual) / own  # what all others say (leaving each out in turn)
+        around_dbm = mean_dbm + residual - (inverse @ residual) / own  # prediction from all others (leave-one-out)
         guess = unheard_dbm(around_dbm, 1 / np.sqrt(own), faintest_dbm) - mean_dbm
         residual = np.where(heard, residual, guess)
     return residual
 
 
 def _covariance(one: FloatArray, other: FloatArray) -> FloatArray:
-    """(n, m) of what the path loss does not tell at places (n, 2) and (m, 2), dB^2 (Gudmundson 1991)."""
+    """(n, m) covariance of deviations from the path loss at places (n, 2) and (m, 2), dB^2 (Gudmundson 1991)."""
     away_m = np.hypot(*(one[:, axis, None] - other[:, axis] for axis in (0, 1)))
     return np.asarray(_SHADOW_DB**2 * np.exp(-away_m / _SHADOW_LENGTH_M))

@@ -1,8 +1,8 @@
-"""How unlike a scan is to all that was learned (its novelty), and radii that grow with it.
+"""Novelty of a scan: how unlike the training set it is, and radii that grow with it.
 
-A model that is asked about a place where nobody was answers all the same. What gives it away is the scan: its levels
-point in another direction than those of the most similar training scans, by more than these differ among themselves (as
-the local outlier factor of Breunig et al. 2000 compares), and the places of those scans lie apart.
+A model also answers scans from places that were not surveyed. Such a scan differs in two ways. Its levels have another
+direction than those of the most similar training scans, by more than these differ among themselves (compare the local
+outlier factor of Breunig et al. 2000). And the places of those training scans are far apart.
 """
 
 from __future__ import annotations
@@ -18,25 +18,25 @@ from vislam2tag.positioning.places import NINETY_FIVE, SIXTY_EIGHT
 from vislam2tag.positioning.radio_scans import CheckedArrays
 
 COMPARED, PLACED = 3, 5
-"""Most similar scans whose distance in signals counts, and whose places do."""
+"""Number of most similar scans for the distance in signal space, and for places."""
 TIE = 1e-7
-"""Of equally similar scans the first ones count: each is taken for so much less similar than the one before it."""
+"""In a tie the first scans count: each is treated as this much less similar than the one before it."""
 LEAST_EXCESS = 1e-6
-"""Distances between directions are no more exact than this."""
+"""Precision of distances between directions."""
 MOST_NOVEL = 4.0
-"""No scan is newer: directions lie 2 apart at most."""
+"""Largest possible novelty, because directions are at most 2 apart."""
 _MOST_GROWTH = 16.0
-"""Radii of scans from places that were left out are at most so many times those of familiar ones, in the median: where
-signals hardly tell both apart, familiar ones would pay for the others."""
+"""Limit of the median growth of radii for scans from left-out places, relative to familiar ones: if signals hardly
+separate both, familiar scans would pay for the others."""
 _GROWTH_QUANTILE = 0.75
-"""Radii grow up to the novelty that this share of scans from left-out places has: beyond, nothing was tried."""
+"""Radii grow up to the novelty of this quantile of scans from left-out places; larger ones were not tested."""
 _BISECTIONS = 40
-"""Each halves where the root may lie: what is left is 1e-12 of it."""
+"""Each step halves the interval of the root; the remaining one is 1e-12 of it."""
 
 
 @dataclass(frozen=True)
 class ReferenceScans:
-    """``m`` training scans that others are compared with."""
+    """``m`` training scans for comparison."""
 
     direction: FloatArray
     """(m, a) of their levels, length 1."""
@@ -51,14 +51,14 @@ class ReferenceScans:
         among = _distance(direction, direction)
         np.fill_diagonal(among, np.inf)
         nearest = np.sort(among, axis=1)[:, :COMPARED]
-        nearest = np.where(np.isfinite(nearest), nearest, 0.0)  # fewer scans than that
+        nearest = np.where(np.isfinite(nearest), nearest, 0.0)  # fewer scans than required
         return cls(direction, xy, nearest.mean(axis=1))
 
     def compared(self, direction: FloatArray, xy: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Compare scans of these directions (n, a) that a model puts at (n, 2).
+        """Compare scans with these directions (n, a) and estimated places (n, 2).
 
         Returns the mean distance (n,) of the answers from the places of the most similar scans, metres, and the novelty
-        (n,): 0 where a scan is no less similar to them than training scans are to each other.
+        (n,). Novelty is 0 if a scan is as similar to them as training scans are to each other.
         """
         distance = _distance(direction, self.direction)
         ranked = distance + TIE * np.arange(distance.shape[1])
@@ -78,12 +78,12 @@ def _distance(one: FloatArray, other: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class HeldOutErrors:
-    """What a model said of ``n`` scans that it did not learn from."""
+    """Answers to ``n`` scans that were not in the training set."""
 
     error_m: FloatArray
     """(n,) in the plane."""
     scale_m: FloatArray
-    """(n,) how far its own guesses lie apart, metres."""
+    """(n,) spread of the model's own guesses, metres."""
     novelty: FloatArray
     """(n,) of :meth:`ReferenceScans.compared`."""
 
@@ -93,7 +93,7 @@ class HeldOutErrors:
 
 @dataclass(frozen=True)
 class RadiusGrowth:
-    """A radius in scales: ``factor`` where nothing is new, ``by_novelty`` more for each unit of novelty."""
+    """A radius in scales: ``factor`` if nothing is new, ``by_novelty`` more for each unit of novelty."""
 
     factor: float
     by_novelty: float
@@ -108,11 +108,11 @@ class NoveltyRadii:
     """Circles that grow with the spread of guesses and with what is new about a scan."""
 
     base_m: float
-    """Median of the errors on familiar scans; scale where guesses do not spread."""
+    """Median of the errors on familiar scans; scale of the error if guesses do not spread."""
     growth_68: RadiusGrowth
     growth_95: RadiusGrowth
     most_novel: float
-    """Whatever is newer counts as this."""
+    """Larger novelties count as this one."""
 
     def radii_m(self, spread_m: FloatArray, novelty: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return 68 % and 95 % radii (n,), metres, of scans with such spreads (n,), metres, and novelties (n,)."""
@@ -127,7 +127,7 @@ class NoveltyRadii:
 
     @classmethod
     def restored(cls, arrays: CheckedArrays, name: str) -> Self:
-        """Take back what :meth:`array` gave; raises ValueError where it does not fit."""
+        """Restore from the result of :meth:`array`; raises ValueError if it does not fit."""
         base_m, *growth, most_novel = (float(number) for number in arrays.floats(name, 6))
         return cls(base_m, RadiusGrowth(*growth[:2]), RadiusGrowth(*growth[2:]), most_novel)
 
@@ -138,9 +138,9 @@ def _scale(base_m: float, spread_m: FloatArray) -> FloatArray:
 
 
 def fitted_novelty_radii(familiar: HeldOutErrors, strange: HeldOutErrors) -> NoveltyRadii:
-    """Fit to scans as they will come, and to scans from places that were left out.
+    """Fit to scans as expected in use, and to scans from left-out places.
 
-    Circles hold their share of both; where signals cannot tell them apart, of the familiar ones.
+    Circles contain their share of both or, if signals cannot separate them, of the familiar scans.
     """
     if not len(familiar):
         return NoveltyRadii(UNKNOWN_M, RadiusGrowth(1.0, 0.0), RadiusGrowth(2.0, 0.0), 0.0)
@@ -154,7 +154,7 @@ def fitted_novelty_radii(familiar: HeldOutErrors, strange: HeldOutErrors) -> Nov
 
 
 def _growth(familiar: HeldOutErrors, strange: HeldOutErrors, share: float) -> RadiusGrowth:
-    """Find by bisection the factor with which the share of familiar scans lies inside."""
+    """Find by bisection the factor that puts this share of the familiar scans inside."""
     ratio = np.sort(familiar.error_m / familiar.scale_m)
     low, high = 0.0, conformal_quantile(ratio, share)
     for _ in range(_BISECTIONS):
@@ -165,7 +165,7 @@ def _growth(familiar: HeldOutErrors, strange: HeldOutErrors, share: float) -> Ra
 
 
 def _by_novelty(factor: float, strange: HeldOutErrors, share: float) -> float:
-    """Return what the share of strange scans needs, within bounds; 0 where none was left out or none is new."""
+    """Return the growth that this share of strange scans needs, within bounds; 0 without strange or new ones."""
     new = strange.novelty > 0
     if not new.any():
         return 0.0

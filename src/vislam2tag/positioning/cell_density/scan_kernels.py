@@ -1,17 +1,17 @@
-"""Kernels between scans, how similar two of them are by the directions of their vectors of levels, and regressions.
+"""Kernels between scans, which compare the directions of their vectors of levels, and regressions with them.
 
-The direction of a scan's vector stays the same where a phone hears everything fainter by a factor. Strong levels say
-where on a storey a scan was taken (:class:`DirectionKernel`); which of two storeys it is, faint ones say, too: there
-the direction of powed levels is joined by one of steps, who is heard at all, and who above each quartile of all levels
-(:class:`StoreyKernel`).
+The direction of a scan's vector does not change if a phone hears everything fainter by a factor. Strong levels show the
+place on a storey (:class:`DirectionKernel`). Faint ones also show the storey. The kernel for storeys therefore combines
+the direction of powed levels with one of steps: whether an access point is heard, and whether it exceeds each quartile
+of all levels (:class:`StoreyKernel`).
 
-Regression by them is a ridge regression. Where there are more scans than can be solved for, a drawn part of them spans
-the solution (Williams and Seeger 2001).
+The regression is a ridge regression. If there are too many scans to solve for, a random part of them spans the solution
+(Williams and Seeger 2001).
 
-Scans whose labelled storey all the others contradict are found by it. Who records by tapping on a plan forgets to
-change the floor, and phones hand out scans that they made a flight of stairs ago. A few such labels mislead what is
-learned of their surroundings. They show when each scan's storey is predicted from the others (leave-one-out residuals
-of a ridge regression have a closed form: Allen 1974).
+It also finds scans with a storey that all others contradict. People who tap on a plan forget to change the floor, and
+phones report scans that are one flight of stairs old. A few such labels distort their surroundings. They are detected
+by predicting each scan's storey from the others (leave-one-out residuals of a ridge regression have a closed form:
+Allen 1974).
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from vislam2tag.core.robust import iterate
 from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented
 
 EXPONENT = 1.7
-"""Power of levels before their direction is taken; chosen by cross-validation (docs/explanation/positioning.md)."""
+"""Exponent applied to levels before normalisation, from cross-validation (docs/explanation/positioning.md)."""
 LEAST_LENGTH = 1e-9
-"""A vector counts as no shorter than this where its direction is taken."""
+"""Smallest length of a vector in normalisation."""
 _QUARTILES = (0.25, 0.5, 0.75)
 
 
@@ -47,7 +47,7 @@ class ScanKernel(Protocol):
 
 @dataclass(frozen=True)
 class DirectionKernel:
-    """The Gaussian of the distance between the directions of powed levels: from 0 to 1."""
+    """The Gaussian of the distance between the directions of powed levels, from 0 to 1."""
 
     centre: FloatArray
     """(m, a) directions."""
@@ -72,7 +72,7 @@ class StoreyKernel:
     centre: FloatArray
     """(m, a) directions of powed levels."""
     threshold: FloatArray
-    """(q,) levels from 0 to 1 of which a step says whether they are exceeded; the first is 0: heard at all."""
+    """(q,) thresholds of the steps, levels from 0 to 1; the first is 0: heard at all."""
     above: BoolArray
     """(m, a q) the centres' steps."""
 
@@ -106,9 +106,9 @@ class StoreyKernel:
 
     @classmethod
     def restored(cls, centre: FloatArray, arrays: CheckedArrays) -> Self:
-        """Take back what :meth:`arrays` gave, with the centres' directions (m, a).
+        """Restore from the result of :meth:`arrays`, with the centres' directions (m, a).
 
-        Raises ValueError where it does not fit.
+        Raises ValueError if it does not fit.
         """
         threshold = arrays.floats("storey_threshold", "q")
         return cls(centre, threshold, arrays.booleans("storey_above", "m", centre.shape[1] * len(threshold)))
@@ -121,7 +121,7 @@ def directions(level: FloatArray, exponent: float = EXPONENT) -> FloatArray:
 
 
 def levels(scans: RadioScans) -> FloatArray:
-    """Make the (n, a) levels that all is learned from, 0 (not heard) to 1."""
+    """Make the (n, a) levels for learning, 0 (not heard) to 1."""
     return represented(scans, Representation.POSITIVE)
 
 
@@ -136,12 +136,12 @@ def _unit_steps(above: BoolArray) -> FloatArray:
 
 
 STOREY_RIDGE = 0.1
-"""Of regressions onto storeys; by cross-validation on Tampere's training part, where storeys are hardest."""
+"""Ridge of regressions onto storeys, from cross-validation on Tampere's training set, where storeys are hardest."""
 _JITTER = 1e-6
-"""Added to the equations' diagonal, so that equal scans among the centres leave them solvable."""
+"""Added to the diagonal, so that equal scans among the centres leave the equations solvable."""
 _AT_ONCE = 2048
 LevelsAndTargets = tuple[FloatArray, FloatArray]
-"""Levels (n, a) from 0 to 1, and what to answer for them (n, t)."""
+"""Levels (n, a) from 0 to 1, and their targets (n, t)."""
 KernelT = TypeVar("KernelT", bound=ScanKernel)
 
 
@@ -153,7 +153,7 @@ class KernelRegression(Generic[KernelT]):
     weight: FloatArray
     """(m, t)"""
     mean: FloatArray
-    """(t,) what is answered far from all that was learned."""
+    """(t,) answer far from all training scans."""
 
     def __call__(self, level: FloatArray) -> FloatArray:
         """Evaluate at levels (n, a) from 0 to 1: (n, t)."""
@@ -174,11 +174,11 @@ class KernelNormalEquations(Generic[KernelT]):
 
     @classmethod
     def empty(cls, kernel: KernelT, mean: FloatArray, centres: int) -> Self:
-        """Start with no example; ``mean`` (t,) is what the function answers far from all."""
+        """Start without examples; ``mean`` (t,) is the function's value far from all."""
         return cls(kernel, mean, np.zeros((centres, centres)), np.zeros((centres, len(mean))))
 
     def add(self, examples: Iterable[LevelsAndTargets]) -> Self:
-        """Count in examples, part after part."""
+        """Add examples, part after part."""
         for level, target in examples:
             for rows in (slice(at, at + _AT_ONCE) for at in range(0, len(level), _AT_ONCE)):
                 similarity = self.kernel(level[rows])
@@ -187,7 +187,7 @@ class KernelNormalEquations(Generic[KernelT]):
         return self
 
     def normal(self, ridge: float) -> FloatArray:
-        """Return the matrix (m, m) of the equations, smoothed by this much."""
+        """Return the matrix (m, m) of the equations with this ridge."""
         return np.asarray(self.gram + ridge * self.kernel.among_centres() + _JITTER * np.eye(len(self.gram)))
 
     def solved(self, ridges: Sequence[float]) -> list[KernelRegression[KernelT]]:
@@ -197,20 +197,20 @@ class KernelNormalEquations(Generic[KernelT]):
 
 
 LEAD = 0.5
-"""By so much another storey's probability exceeds the labelled one's."""
+"""Margin by which another storey's probability must exceed that of the labelled one."""
 MOST_OF_STOREY = 0.1
-"""More of a storey's scans than this share are not doubted: rather is it a storey that is hard to predict."""
+"""Largest share of a storey's scans that is removed; with more, the storey is probably just hard to predict."""
 _MOST_ROUNDS = 3
-"""Doubted scans contradict others no more, so that all are looked at again, at most so often."""
+"""Largest number of rounds; removed scans no longer contradict others, so all are tested again."""
 _LEAST = 1e-3
-"""No storey is less probable, and no scan has less weight of its own missing."""
+"""Lower limit of storey probabilities, and of the remaining weight of a scan."""
 _DOUBTED_AT_ONCE = 1024
 
 
 def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolArray:
-    """Return which of the scans (n,), labelled with these storeys (n,), the others contradict.
+    """Return which of the scans (n,), labelled with these storeys (n,), are contradicted by the others.
 
-    Kernels lie around the scans ``centres`` (m,), by index.
+    The kernels' centres are the scans ``centres`` (m,), by index.
     """
     one_hot = np.eye(int(storey.max()) + 1)[storey]
 
@@ -219,11 +219,13 @@ def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolA
         return _most_contradicted((predicted - one_hot).max(axis=1) - (predicted * one_hot).sum(axis=1), storey)
 
     nobody = np.zeros(len(scans), dtype=np.bool_)
-    return iterate("which scans others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS).state
+    return iterate(
+        "the search for scans that others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS
+    ).state
 
 
 def _changed(before: BoolArray, after: BoolArray) -> int:
-    """Return of how many scans (n,) the others say another thing than before."""
+    """Return the number of scans (n,) with a changed result."""
     return int((before != after).sum())
 
 
@@ -245,7 +247,7 @@ def _leave_one_out(scans: RadioScans, one_hot: FloatArray, believed: BoolArray, 
 
 
 def _most_contradicted(lead: FloatArray, storey: IntArray) -> BoolArray:
-    """Return which leads (n,) are large, of each storey no more than its share, the largest first."""
+    """Return which leads (n,) are large, for each storey at most its share, the largest first."""
     chosen = np.zeros(len(lead), dtype=np.bool_)
     for number in np.unique(storey):
         rows = np.flatnonzero(storey == number)

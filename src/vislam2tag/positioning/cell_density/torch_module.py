@@ -1,6 +1,6 @@
-"""``cell-density`` as a PyTorch module, kernels and all, so that it exports to ONNX.
+"""``cell-density`` as a PyTorch module, including kernels, for export to ONNX.
 
-It says what :class:`.DensityModel` says, step for step and in double precision.
+It gives the same results as :class:`.DensityModel`, step by step and in double precision.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vislam2tag.positioning.radio_scans import FAINTEST_DBM
 
 
 class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """From levels (n, a) in dBm, NaN where not heard, to what a locator returns."""
+    """From levels (n, a) in dBm, NaN if not heard, to what a locator returns."""
 
     def __init__(self, model: DensityModel, half_novelty: float, radii: NoveltyRadii, height_m: FloatArray) -> None:
         super().__init__()
@@ -70,7 +70,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
     def _blended(
         self, xy: torch.Tensor, novelty: torch.Tensor, level_dbm: torch.Tensor, storey: torch.Tensor
     ) -> torch.Tensor:
-        """(n, 2) let the field take over, as :meth:`DensityAnswer.blended` does."""
+        """(n, 2) blend density and field as :meth:`DensityAnswer.blended` does."""
         if math.isinf(self.half_novelty):
             return xy
         field_xy = self._field_place(level_dbm, storey)
@@ -118,7 +118,7 @@ class DensityModule(torch.nn.Module):  # type: ignore[misc]  # torch counts as A
     def _spread(
         self, density: torch.Tensor, cosine: torch.Tensor, xy: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Return how far guesses lie apart and what is new, both (n,)."""
+        """Return the spread of guesses and the novelty, both (n,)."""
         of_density_m = (density * torch.sqrt(self._distance_m2(xy))).sum(dim=1) / density.sum(dim=1)
         distance = torch.sqrt((2 - 2 * cosine).clamp(min=0.0))
         count = self.centre_apart.shape[0]
@@ -138,7 +138,7 @@ def _directions(level: torch.Tensor) -> torch.Tensor:
 
 
 def _shares(score: torch.Tensor, least: float) -> torch.Tensor:
-    """Cut scores (n, t) off below and make them sum to 1."""
+    """Raise scores (n, t) to a minimum and normalise their sums to 1."""
     score = score.clamp(min=least)
     return score / score.sum(dim=1, keepdim=True).clamp(min=LEAST_DENSITY)
 

@@ -1,1 +1,1 @@
-"""Positioning models: one file and one registered name each."""
+"""Positioning models: one file and one registered name for each."""

@@ -1,8 +1,8 @@
-"""A density over small cells by kernel regression: the most accurate model here (docs/explanation/positioning.md).
+"""A density over small cells by kernel regression, the most accurate model here (docs/explanation/positioning.md).
 
-Every label is a density over the cells around it; the regression says the density that a scan's augmented copies have
-in common. Storeys have a kernel of their own. The place is the geometric median of the density on the likeliest storey.
-It is solved, not trained: no step sizes, no early stopping, seconds.
+Every label is a density over the cells around it. The regression predicts the density from scans and augmented copies
+of them. Storeys have their own kernel. The place is the geometric median of the density on the most likely storey. The
+model is solved in seconds, without step sizes or early stopping.
 """
 
 from __future__ import annotations
@@ -51,24 +51,24 @@ MOST_COPIES = 1000
 SHARPNESS = (1.0, 2.0, 4.0, 8.0)
 RIDGES = (1.0, 0.3, 0.1, 0.03)
 WIDTHS_M = (2.5, 5.0)
-"""What is tried by cross-validation."""
+"""Candidates for cross-validation."""
 _CHOSEN_WITH = 1000
-"""Most scans that the choice looks at."""
+"""Largest number of scans in this choice."""
 _CHOICE_FOLDS = 3
 _FOLDS, _FOLDS_LEFT_OUT = 5, 3
-"""Scans and areas are dealt to so many folds, of which so many are left out in turn."""
+"""Number of folds of scans and areas, and how many of these are left out in turn."""
 _HALF_NOVELTIES = (0.0, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
-"""Tried, in median novelties of scans from areas that were left out."""
+"""Candidates, in median novelties of scans from left-out areas."""
 LIKE = 0.99
-"""A scan is unlike all that was learned where it is newer than this share of scans from areas that were left out."""
+"""A scan is unlike the training set if it is newer than this share of scans from left-out areas."""
 _AREA_M = 15.0
-"""Side of the squares that are left out to learn how radii grow where nobody was."""
+"""Side of the squares that are left out to learn how radii grow at places that were not surveyed."""
 FoldMasks = tuple[BoolArray, BoolArray]
-"""(n,) which scans train, and which are held out."""
+"""(n,) training scans, and held-out scans."""
 
 
 class HeldOutAnswers(NamedTuple):
-    """What was said of scans that were not learned from, and where they were."""
+    """Answers to held-out scans, and their true places."""
 
     answer: DensityAnswer
     places: ScanPlaces
@@ -79,25 +79,25 @@ class HeldOutAnswers(NamedTuple):
 
 
 class CellDensity(Positioner):
-    """The model.
+    """Kernel regression onto densities over cells.
 
-    How sharp and how smooth it is follows from cross-validation over walks of the training data. Radii are fitted to
-    errors on scans it did not learn from; how they grow where a scan is unlike all that was learned, to errors in areas
-    that were left out. There the field of levels is asked, as a density knows only places that were learned.
+    Sharpness and smoothness follow from cross-validation over walks of the training set. Radii are fitted to errors on
+    held-out scans, and their growth with novelty to errors in left-out areas. For scans unlike the training set the
+    field of levels is used, because a density knows only learned places.
     """
 
     shape_: DensityShape
     density_: DensityModel
     half_novelty_: float
-    """Where density and field count the same (:meth:`DensityAnswer.blended`)."""
+    """Novelty at which density and field have the same weight (:meth:`DensityAnswer.blended`)."""
     radii_: NoveltyRadii
     like_: float
-    """Of novelty: beyond, a scan is unlike all that was learned."""
+    """Novelty above which a scan is unlike the training set."""
     height_m_: FloatArray
-    """(s,) of each storey, metres; NaN where not known."""
+    """(s,) height of each storey, metres; NaN if unknown."""
 
     def __init__(self, *, copies: int = 4, seed: int = 0) -> None:
-        """Take the number of augmented copies of each scan."""
+        """Make a model with ``copies`` augmented copies of each scan; ``seed`` is that of all random draws."""
         self.copies = copies
         self.seed = seed
 
@@ -122,17 +122,17 @@ class CellDensity(Positioner):
         near, far = (_errors(part, self.half_novelty_) for part in (familiar, strange))
         self.radii_ = fitted_novelty_radii(near, far)
         self.like_ = conformal_quantile(np.sort(far.novelty), LIKE) if len(far) else MOST_NOVEL
-        # How arrays lie in memory shows in the last digit of products: a saved model is to answer the same.
+        # The memory layout of arrays affects the last digit of products, and a saved model must give the same answers.
         self.restore({name: np.ascontiguousarray(array) for name, array in self.arrays().items()})
         self.progress(1.0, 1)
 
     def _setup(self) -> LearningSetup:
         if not 0 <= self.copies <= MOST_COPIES:
-            raise UsageError(f"copies={self.copies}: give 0 to {MOST_COPIES}")
+            raise UsageError(f"copies={self.copies}: expected 0 to {MOST_COPIES}")
         return LearningSetup(self.copies, self.seed)
 
     def _chosen(self, scans: RadioScans, places: ScanPlaces, setup: LearningSetup) -> DensityShape:
-        """Return what puts left-out walks nearest to their labels."""
+        """Return the shape with the smallest error on left-out walks."""
         chosen = np.sort(np.random.default_rng(self.seed).permutation(len(scans))[:_CHOSEN_WITH])
         scans, places = scans[chosen], places[chosen]
         noise_db = self._chosen_noise_db(scans, places)
@@ -154,9 +154,9 @@ class CellDensity(Positioner):
         return replace(families[best[0]][best[1]], noise_db=noise_db)
 
     def _chosen_noise_db(self, scans: RadioScans, places: ScanPlaces) -> float:
-        """Return with which noise the field puts scans of left-out areas and walks nearest to their labels.
+        """Return the noise with the smallest error of the field on scans of left-out areas and walks.
 
-        Both kinds weigh the same, as multiples of the least error.
+        Both kinds have the same weight, as multiples of the smallest error.
         """
         level_dbm = scans.dense()
         kinds = (self._areas(places), folds(walk_numbers(scans, places), _FOLDS, self.seed))
@@ -173,7 +173,7 @@ class CellDensity(Positioner):
         return folds(area_numbers(places, _AREA_M), _FOLDS, self.seed)
 
     def _left_out(self, scans: RadioScans, places: ScanPlaces, masks: Iterator[FoldMasks]) -> Iterator[HeldOutAnswers]:
-        """Yield what is said of scans left out."""
+        """Yield the answers to left-out scans."""
         setup = self._setup()
         for learn, held_out in islice(masks, _FOLDS_LEFT_OUT):
             model = learned_model(scans[learn], places[learn], self.shape_, setup)
@@ -188,13 +188,16 @@ class CellDensity(Positioner):
         return Positions(self.storeys_, storey, xy, self.height_m_[storey], probability, *radii_m, unlike)
 
     def remarks(self) -> Sequence[str]:
-        """Say how many scans were left out."""
+        """Return the number of ignored scans in a sentence."""
         count = self.density_.mislabelled
-        remark = f"{count} fingerprint{'' if count == 1 else 's'} not learned from: the others contradict the floor"
+        remark = (
+            f"{count} fingerprint{'' if count == 1 else 's'} ignored in training, because similar scans are on "
+            "another floor"
+        )
         return [remark] if count else []
 
     def torch_module(self) -> Any:
-        """Return the same as a PyTorch module, for export; raises UsageError where PyTorch is not installed."""
+        """Return the same as a PyTorch module, for export; raises UsageError if PyTorch is not installed."""
         module = import_extra("vislam2tag.positioning.cell_density.torch_module")
         return module.DensityModule(self.density_, self.half_novelty_, self.radii_, self.height_m_)
 
@@ -222,7 +225,7 @@ class CellDensity(Positioner):
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
-        """Take back what :meth:`arrays` gave."""
+        """Restore from the result of :meth:`arrays`."""
         without_field = bool(np.isposinf(arrays["half"]).all())
         known = CheckedArrays(arrays, a=len(self.access_points_), s=len(self.storeys_))
         centre, (sharpness,) = known.floats("centre", "m", "a"), known.floats("sharpness", 1, least=0.0)
@@ -255,9 +258,9 @@ def _errors(answers: Sequence[HeldOutAnswers], half_novelty: float) -> HeldOutEr
 
 
 def _half_novelty(familiar: Sequence[HeldOutAnswers], strange: Sequence[HeldOutAnswers]) -> float:
-    """Return at which novelty density and field count the same, so that familiar and strange errors are small.
+    """Return the novelty at which density and field have the same weight, so that both kinds of errors are small.
 
-    Both kinds weigh the same, as shares of what the density alone would err; infinite where nothing is new.
+    Both kinds have the same weight, as shares of the density's errors; infinite if nothing is new.
     """
     novelty = np.concatenate([np.empty(0), *(one.answer.novelty for one in strange)])
     if not familiar or not (novelty > 0).any():

@@ -1,10 +1,11 @@
-"""Kriging in signal space: the scans most alike say, by what they share with each other too, where a scan was taken.
+"""Kriging in signal space: the place of a scan from the most similar learned scans and their mutual similarity.
 
-Each of the k nearest learned scans gets a weight by ordinary kriging (Cressie 1993, section 3.2; only near ones:
-Vecchia 1988): one that says what its neighbours say already counts less than in a vote by distance, and one that is
-nearly the same scan counts most. The place is the geometric median by these weights. All scans are learned from,
-however many: they are found through an index (:mod:`~vislam2tag.positioning.signal_distance`). Storeys are told by
-votes and by a kernel regression that a drawn part of the scans spans
+Each of the k nearest learned scans gets a weight by ordinary kriging (Cressie 1993, section 3.2; with near scans only:
+Vecchia 1988). A scan that repeats its neighbours counts less than in a vote by distance, and an almost equal scan
+counts most. The place is the geometric median with these weights. All scans are learned, whatever their number, and
+found through an index (:mod:`~vislam2tag.positioning.signal_distance`).
+
+Storeys are determined by votes and by a kernel regression that a random part of the scans spans
 (:mod:`~vislam2tag.positioning.cell_density.scan_kernels`).
 """
 
@@ -56,40 +57,41 @@ from vislam2tag.positioning.signal_distance import (
 )
 
 EXPONENTS = (1.3, 1.7, 2.2, 2.7)
-"""Powers of levels that are tried by leaving walks out."""
+"""Candidates for the exponent of levels, chosen by leaving walks out."""
 _CHOSEN_WITH, _CHOSEN_AMONG = 400, 4000
-"""Most scans that the choice asks, and among which neighbours are looked for."""
+"""Largest number of scans for this choice, and of scans among which neighbours are searched."""
 SHARPNESS, RIDGE = 1.0, 0.3
-"""Of the kernel between directions; by cross-validation on six public sets (docs/results/how-good.md)."""
+"""Parameters of the kernel between directions, from cross-validation on six public data sets
+(docs/results/how-good.md)."""
 REACH = 0.1
-"""Within about this distance in signal space a scan shares what the ridge stands for with a learned one.
+"""Distance in signal space within which a scan shares the variation of the ridge with a learned one.
 
-A ridge is variation of too short a range to be seen between learned scans, too: who stands where a scan was learned, as
-if in its walk, shares it (microscale variation; Cressie 1993, section 3.2.1). 0.05 to 0.2 do about as well.
+    The ridge is variation of too short a range to be visible between learned scans. A scan at the place of a learned
+one, as in the same walk, shares it (microscale variation; Cressie 1993, section 3.2.1). 0.05 to 0.2 do about as well.
 """
 LEAST_WEIGHT = 1e-6
-"""Kriging's weights may be negative; a vote cannot."""
+"""Smallest weight of a vote; kriging's weights may be negative."""
 STOREY_REGRESSION = 2.0
-"""What the regression onto storeys counts beside the votes."""
+"""Weight of the regression onto storeys against the votes."""
 MOST_CENTRES, MOST_EXAMPLES = 1000, 5000
-"""Of the regression onto storeys; neighbours are looked for among all scans."""
+"""Limits of the regression onto storeys; neighbours are searched among all scans."""
 CALIBRATED_WITH = 750
-"""Most scans that radii are fitted to; of so many a share of 68 % is known to 1.7 % (binomial)."""
+"""Largest number of scans for fitting radii; the error of a share of 68 % is then 1.7 % (binomial)."""
 FOLDS = 5
-"""Of walks, left out together: who asks later has walked more than once."""
+"""Folds of walks that are left out together, because users walk in other ways later."""
 COMPARED = (1, 10, None)
-"""So many nearest scans tell how unlike all that was learned a scan is; None: all that vote."""
+"""Numbers of nearest scans whose distances measure novelty; None: all that vote."""
 NEAREST = 2
-"""Which feature follows the nearest scan's distance."""
+"""Index of the feature from the nearest scan's distance."""
 LEAST_SPREAD_M, LEAST_AWAY = 0.5, 0.01
-"""Smaller ones count as these where logarithms are taken."""
+"""Lower limits before logarithms are taken."""
 SAME_PLACE_M = 3.0
-"""Side of the squares that are left out, as whoever asks stands between the ways that were surveyed."""
+"""Side of the squares that are left out, because users stand between the surveyed paths."""
 _AT_ONCE = 128
 
 
 class KrigedAnswer(NamedTuple):
-    """What the nearest scans say of ``n`` scans."""
+    """Answers of the nearest scans for ``n`` scans."""
 
     voted: VotedPositions
     away: FloatArray
@@ -97,9 +99,9 @@ class KrigedAnswer(NamedTuple):
 
     @property
     def features(self) -> FloatArray:
-        """(n, 5) what an error may follow: how far votes lie apart, how torn the storey, how unlike the scan is.
+        """(n, 5) features that an error may depend on: spread of the votes, ambiguity of the storey, and novelty.
 
-        The last by three means, of the nearest scan's distance, of ten's and of all.
+        Novelty has three values: from the distance of the nearest scan, of ten, and of all.
         """
         spread = np.log(np.maximum(self.voted.spread_m, LEAST_SPREAD_M))
         unlike = (np.log(self.away[:, :count].mean(axis=1) + LEAST_AWAY) for count in COMPARED)
@@ -107,25 +109,27 @@ class KrigedAnswer(NamedTuple):
 
 
 class LocalKriging(Positioner):
-    """The model; radii are fitted to scans left out alone, with a fold of walks, with all of their place besides.
+    """Kriging of the nearest scans.
 
-    The radii of a walk's scans depend on all of its scans that are asked for at once.
+    Radii are fitted to scans left out alone, with a fold of walks, and also with all scans of their place.
+
+    The radii of a walk's scans depend on all of its scans in the same request.
     """
 
     exponent_: float
     radii_: HeldOutRadii
     like_: float
-    """Of the feature ``NEAREST``: beyond, a scan is unlike all that was learned."""
+    """Limit of the feature ``NEAREST`` above which a scan is unlike the training set."""
     _scans: RadioScans
     _places: ScanPlaces
     _index: ScanIndex
     _powed: RadioScans
-    """Levels to the power that directions have."""
+    """Scans with powed levels, as directions need them."""
     _storeys: KernelRegression[StoreyKernel]
     _centres: IntArray
 
     def __init__(self, *, k: int = 30, seed: int = 0) -> None:
-        """Take how many scans count, and the seed of the draw that spans the regression onto storeys."""
+        """Make a model with ``k`` nearest scans; ``seed`` is that of the draw for the regression onto storeys."""
         self.k = k
         self.seed = seed
 
@@ -164,13 +168,13 @@ class LocalKriging(Positioner):
         self._powed = _powed(scans)
 
     def _levels(self, scans: RadioScans) -> FloatArray:
-        """(m,) of all readings."""
+        """(m,) levels of all readings."""
         return np.asarray(represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** self.exponent_)
 
     def _left_out(self, rows: IntArray, group: IntArray, *apart: IntArray) -> HeldOut:
-        """Return errors on scans ``rows`` (q,) as if none that share a group ``apart`` (n,) had been learned.
+        """Return errors on scans ``rows`` (q,) as if scans that share a group ``apart`` (n,) had not been learned.
 
-        Errors of scans of the same ``group`` (n,) are not independent; where none is given, scans were left out alone.
+        Errors of scans of the same ``group`` (n,) are not independent; without groups, scans are left out alone.
         """
         answer = self._kriged(self._scans[rows], Apart.among(rows, *(apart or (group,))))
         return HeldOut(self._places[rows].distance_m(answer.voted.xy), answer.features, group[rows], not apart)
@@ -187,7 +191,8 @@ class LocalKriging(Positioner):
         return tuple(self._left_out(rows, *way) for way in ways)
 
     def _kriged(self, scans: RadioScans, apart: Apart | None = None) -> KrigedAnswer:
-        """Answer; where groups are kept apart, storeys are told by votes alone: the regression has seen the scans."""
+        """Answer; with groups kept apart, storeys follow from votes alone, because the regression has seen the
+        scans."""
         near = self._index.nearest(scans, self._levels(scans), self.k, apart)
         answers = []
         for rows in (slice(start, start + _AT_ONCE) for start in range(0, max(len(scans), 1), _AT_ONCE)):
@@ -204,7 +209,7 @@ class LocalKriging(Positioner):
         return np.asarray(share / np.maximum(share.sum(axis=1, keepdims=True), LEAST_WEIGHT))
 
     def _weights(self, scans: RadioScans, which: IntArray, away: FloatArray) -> FloatArray:
-        """(n, k) by ordinary kriging from the scans ``which`` (n, k); 0 where they are infinitely ``away`` (n, k)."""
+        """(n, k) weights by ordinary kriging from the scans ``which`` (n, k); 0 if infinitely ``away`` (n, k)."""
         used, place = np.unique(which, return_inverse=True)
         learned, own = _directions(self._powed[used]), _directions(_powed(scans))
         near = learned[place.reshape(which.shape)]
@@ -222,7 +227,7 @@ class LocalKriging(Positioner):
         return answer.voted.positions(self._places, self.radii_.radii_m(answer.features, scans.session), unlike)
 
     def learned(self) -> LabelledScans:
-        """Return all that was learned from."""
+        """Return all learned scans."""
         return self._scans, self._places
 
     def arrays(self) -> NamedArrays:
@@ -239,7 +244,7 @@ class LocalKriging(Positioner):
         }
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
-        """Take back what :meth:`arrays` gave."""
+        """Restore from the result of :meth:`arrays`."""
         self._check()
         checked = CheckedArrays(arrays, s=len(self.storeys_))
         scans = RadioScans.restored(checked, self.access_points_)
@@ -254,7 +259,7 @@ class LocalKriging(Positioner):
 
 
 def _asked_rows(scans: RadioScans, places: ScanPlaces, most: int) -> IntArray:
-    """Which scans (k,) are left out in turn, evenly spread: those that others of their storey remain of, if enough."""
+    """Return which scans (k,) are left out in turn, evenly spread, so that enough others of their storey remain."""
     rows, among = calibration_rows(len(scans)), ~lone_walks(scans, places)
     if among[rows].sum() >= _CHOSEN_WITH / 4:
         rows = rows[among[rows]]
@@ -262,7 +267,7 @@ def _asked_rows(scans: RadioScans, places: ScanPlaces, most: int) -> IntArray:
 
 
 def _powed(scans: RadioScans) -> RadioScans:
-    """Put levels to the power of directions in the place of dBm: once, where all are taken again and again."""
+    """Replace levels in dBm by powed levels, once, because they are used repeatedly."""
     return replace(scans, rssi_dbm=represented_levels(scans.rssi_dbm, Representation.POSITIVE) ** EXPONENT)
 
 

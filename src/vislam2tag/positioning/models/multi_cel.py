@@ -1,6 +1,6 @@
-"""multi-CEL, the paper's better network, and the settings it was published with.
+"""multi-CEL, the paper's better network, with its published settings.
 
-The program that made the paper's numbers, in the terms of ours (``../networks/multi_cel.py`` says what they mean).
+The settings of the program behind the paper's numbers, in our terms (``../networks/multi_cel.py`` explains them).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PUBLISHED: dict[str, dict[str, Any]] = {
 
 
 def multi_cel(**parameters: Any) -> Positioner:
-    """Make a multi-CEL model; raises UsageError where PyTorch is not installed."""
+    """Make a multi-CEL model; raises UsageError if PyTorch is not installed."""
     model: Positioner = import_extra("vislam2tag.positioning.networks.multi_cel").MultiCel(**parameters)
     return model
 

@@ -1,6 +1,6 @@
-"""The paper's 3-D regression network, and the settings it was published with.
+"""The paper's 3-D regression network, with its published settings.
 
-The program that made the paper's numbers, in the terms of ours (``../networks/regression.py`` says what they mean).
+The settings of the program behind the paper's numbers, in our terms (``../networks/regression.py`` explains them).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ PUBLISHED: dict[str, dict[str, Any]] = {
 
 
 def regression_net(**parameters: Any) -> Positioner:
-    """Make a 3-D regression model; raises UsageError where PyTorch is not installed."""
+    """Make a 3-D regression model; raises UsageError if PyTorch is not installed."""
     model: Positioner = import_extra("vislam2tag.positioning.networks.regression").RegressionNet(**parameters)
     return model
 

@@ -34,19 +34,19 @@ from vislam2tag.positioning.signal_distance import (
 )
 
 NEAREST = 1e-3
-"""Neighbours nearer than this in signal space count alike."""
+"""Neighbours with a smaller distance in signal space have the same weight."""
 
 
 class NearestNeighbours(Positioner):
-    """The storey with most votes of the k nearest scans, and the mean of their places on it.
+    """The storey with the most votes of the k nearest scans, and the mean of their places on it.
 
-    Radii follow the spread of the neighbours, calibrated by leaving out each training scan with its walk, or on the
-    validation part. The model is saved as the scans it learned, of which it is made again.
+    Radii follow the spread of the neighbours. They are calibrated by leaving out each training scan with its walk, or
+    on the validation set. The saved model contains the learned scans.
     """
 
     radii_: SpreadRadii
     like_: float
-    """Distance of the nearest: beyond, a scan is unlike all that was learned."""
+    """Distance of the nearest scan above which a scan is unlike the training set."""
     _scans: RadioScans
     _places: ScanPlaces
     _index: ScanIndex
@@ -54,10 +54,10 @@ class NearestNeighbours(Positioner):
     def __init__(
         self, *, k: int = 5, distance: str = "sorensen", representation: str = "powed", exponent: float = 4.0
     ) -> None:
-        """Take how many neighbours vote, each with distance to the minus ``exponent``; 0: all alike.
+        """Make a model with ``k`` neighbours, each with weight distance to the minus ``exponent``; 0: equal weights.
 
         ``distance``: euclidean, sorensen or cosine. ``representation``: positive, powed or exponential. The defaults
-        are best in leave-one-walk-out cross-validation on training parts (benchmarks/NOTES.md).
+        are the best in leave-one-walk-out cross-validation on training sets (benchmarks/NOTES.md).
         """
         self.k = k
         self.distance = distance
@@ -72,7 +72,7 @@ class NearestNeighbours(Positioner):
             ("representation", self.representation, list(Representation)),
         ):
             if value not in values:
-                raise UsageError(f"{name}={value}: there are {', '.join(values)}")
+                raise UsageError(f"{name}={value}: expected one of {', '.join(values)}")
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         self._check()
@@ -91,7 +91,7 @@ class NearestNeighbours(Positioner):
         self._index = ScanIndex.of(scans, self._levels(scans), SignalDistance(self.distance))
 
     def _calibrate(self, near: NearestScans, places: ScanPlaces, group: IntArray) -> None:
-        """Fit the radii, and what is like learned scans, to scans (n) that are held out, of walks (n,)."""
+        """Fit the radii and the limit of novelty to held-out scans (n) of walks (n,)."""
         away = near.away[:, 0]
         known = np.isfinite(away)
         self.like_ = like_limit(away[known], group[known])
@@ -104,12 +104,12 @@ class NearestNeighbours(Positioner):
         return answer.positions(self._places, self.radii_.radii_m(answer.spread_m), near.away[:, 0] > self.like_)
 
     def arrays(self) -> NamedArrays:
-        """Return the scans learned, their places, the radii, and what is like these scans."""
+        """Return the learned scans, their places, the radii, and the limit of novelty."""
         scans_and_places = {**self._scans.arrays(), **self._places.arrays()}
         return {**scans_and_places, "radii": self.radii_.array(), "like": np.array([self.like_])}
 
     def restore(self, arrays: Mapping[str, AnyArray]) -> None:
-        """Take back what :meth:`arrays` gave; a file of an earlier version does not tell what is unlike."""
+        """Restore from the result of :meth:`arrays`; files of earlier versions have no limit of novelty."""
         self._check()
         checked = CheckedArrays(arrays)
         scans = RadioScans.restored(checked, self.access_points_)
@@ -118,7 +118,7 @@ class NearestNeighbours(Positioner):
         self.like_ = float(checked.floats("like", 1)[0]) if "like" in arrays else np.inf
 
     def learned(self) -> LabelledScans:
-        """Return all that was learned from."""
+        """Return all learned scans."""
         return self._scans, self._places
 
     def _near(self, scans: RadioScans, apart: Apart | None = None) -> NearestScans:
@@ -130,7 +130,7 @@ class NearestNeighbours(Positioner):
         return counted_votes(Votes(found.which, weight), self._places)
 
     def _levels(self, scans: RadioScans) -> FloatArray:
-        """(m,) of all readings."""
+        """(m,) levels of all readings."""
         return represented_levels(scans.rssi_dbm, Representation(self.representation))
 
 

@@ -1,5 +1,5 @@
-"""Neural networks of the paper; needs the extra ``models``.
+"""Neural networks of the paper; they need the extra ``models``.
 
-``layers`` are what ``regression`` and ``multi_cel`` are made of, up to a network with all that it takes to answer;
-``positioner`` trains one and makes a positioning model of it.
+``layers`` contains the parts of ``regression`` and ``multi_cel``; ``positioner`` trains a network and makes a
+positioning model of it.
 """

@@ -1,7 +1,6 @@
-"""What networks over scans are made of: the input scaling, dense layers, and a network with all it takes to answer.
+"""Parts of networks over scans: input scaling, dense layers, and a complete network from levels to places.
 
-From levels in dBm to places in metres, in one module: the same predicts and is exported to ONNX, so that nothing stays
-outside.
+One module maps levels in dBm to places in metres, so that prediction and the ONNX export are the same.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from vislam2tag.positioning.error_radii import SMALLEST_SCALE_M, SpreadRadii
 from vislam2tag.positioning.radio_scans import EXPONENT, FAINTEST_DBM, RadioScans
 
 NOT_HEARD_DBM = -110.0
-"""What the paper's networks take an access point that is not heard for."""
+"""Level of an access point that is not heard, in the paper's networks."""
 
 
 class InputScale(StrEnum):
@@ -31,7 +30,7 @@ class InputScale(StrEnum):
 
 
 class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """From levels (n, a) in dBm, NaN where not heard, to inputs from 0 (not heard) to 1."""
+    """From levels (n, a) in dBm, NaN if not heard, to inputs from 0 (not heard) to 1."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -39,7 +38,7 @@ class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as An
             self.register_buffer(name, torch.ones((), dtype=torch.float64))
 
     def fit(self, scans: RadioScans, scale: InputScale) -> None:
-        """Take the limits from training scans; at least one of them hears something."""
+        """Set the limits from training scans; at least one of them hears something."""
         if scale is InputScale.POWED:
             limits = FAINTEST_DBM, 0.0, EXPONENT
         else:
@@ -48,7 +47,7 @@ class LevelScaling(torch.nn.Module):  # type: ignore[misc]  # torch counts as An
             buffer.fill_(value)
 
     def forward(self, level_dbm: torch.Tensor) -> torch.Tensor:
-        """Scale levels (n, a); what is louder than anything in training counts as that."""
+        """Scale levels (n, a); levels stronger than all in training count as the strongest one."""
         heard = torch.where(torch.isnan(level_dbm), self.faintest_dbm, level_dbm)
         share = (heard - self.faintest_dbm) / (self.strongest_dbm - self.faintest_dbm)
         return share.clamp(0.0, 1.0) ** self.exponent
@@ -76,7 +75,7 @@ OUTPUTS = ("xy", "z", "storey", "storey_probability", "radius_68_m", "radius_95_
 
 
 class NetworkAnswer(NamedTuple):
-    """What a network says of ``n`` scans."""
+    """Answers of a network for ``n`` scans."""
 
     xy: torch.Tensor
     """(n, 2) metres."""
@@ -85,11 +84,11 @@ class NetworkAnswer(NamedTuple):
     storey_probability: torch.Tensor
     """(n, s)"""
     spread_m: torch.Tensor
-    """(n,) how far the network's own guesses lie apart; 0 where there is one."""
+    """(n,) spread of the network's own guesses; 0 if there is one."""
 
 
 class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """Trained in single precision; answers in double, so that places far from the origin lose nothing."""
+    """Trained in single precision; answers in double, so that places far from the origin keep their precision."""
 
     def __init__(self, network: torch.nn.Module, storeys: int) -> None:
         super().__init__()
@@ -99,19 +98,19 @@ class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         self.constant("radii", torch.ones(3))
 
     def constant(self, name: str, value: torch.Tensor) -> None:
-        """Keep an array that is no weight, but saved with them."""
+        """Keep an array that is not a weight, but saved with the weights."""
         self.register_buffer(name, value.to(torch.float64))
 
     @abstractmethod
     def losses(self, inputs: torch.Tensor, *targets: torch.Tensor) -> torch.Tensor:
-        """Return the loss (b,) of each example: its inputs (b, a), and what the model made of its place."""
+        """Return the loss (b,) of each example from its inputs (b, a) and the targets of its place."""
 
     @abstractmethod
     def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
-        """Say where scaled scans (n, a) were taken."""
+        """Estimate where scaled scans (n, a) were taken."""
 
     def forward(self, level_dbm: torch.Tensor) -> tuple[torch.Tensor, ...]:
-        """Return OUTPUTS for levels (n, a), NaN where not heard; a scan that hears nothing is unknown: NaN and -1."""
+        """Return OUTPUTS for levels (n, a), NaN if not heard; a scan that hears nothing is unknown: NaN and -1."""
         known = (~torch.isnan(level_dbm)).any(dim=1)
         answer = self.answer(self.scaling(level_dbm))
         base_m, factor_68, factor_95 = self.radii.unbind()
@@ -126,9 +125,9 @@ class Locator(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
         )
 
     def set_heights(self, height_m: FloatArray) -> None:
-        """Take the storeys' heights (s,)."""
+        """Set the storeys' heights (s,)."""
         self.height_m.copy_(torch.from_numpy(height_m))
 
     def calibrate(self, radii: SpreadRadii) -> None:
-        """Take what makes radii of spreads."""
+        """Set the conversion of spreads to radii."""
         self.radii.copy_(torch.from_numpy(radii.array()))

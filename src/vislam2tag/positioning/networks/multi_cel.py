@@ -1,7 +1,7 @@
 """multi-CEL (Laska and Blankenbach 2022; the paper's better model): classifies a cell and regresses a code within it.
 
-Square cells overlap on every storey, and a place is a code within each cell that reaches it. Trained on all of these
-cells, so that a neighbour of the right cell decodes to the right place, too.
+Square cells overlap on every storey, and a place is a code within each cell that reaches it. The network is trained on
+all of these cells, so that a neighbour of the right cell also decodes to the right place.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from vislam2tag.positioning.places import ScanPlaces
 
 NO_CELL = -1
 MOST_CELLS = 50_000
-"""More than these are a place that is far off, or cells that are far too small: 5 km² in cells of 10 m."""
+"""More cells mean a wrong place, or much too small cells: this is 5 km² in cells of 10 m."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class CellCodes:
     """The same ``n`` places seen from each of up to ``k`` cells that reach them, the nearest cell first."""
 
     cell: IntArray
-    """(n, k) NO_CELL where fewer reach the place."""
+    """(n, k) NO_CELL if fewer cells reach the place."""
     code: FloatArray
-    """(n, k, 2) offset from the cell's centre; 1 is the end of its reach. 0 where there is no cell."""
+    """(n, k, 2) offset from the cell's centre; 1 is the end of its reach; 0 without a cell."""
 
     @property
     def valid(self) -> BoolArray:
@@ -46,15 +46,15 @@ class CellLattice:
     cell_m: float
     """Side of a cell."""
     overlap: float
-    """How far a cell reaches past its side, as a share of the side."""
+    """Distance that a cell reaches beyond its side, as a share of the side."""
     first: IntArray
     """(s, 2) column and row of each storey's first centre, in sides from the frame's origin."""
     size: IntArray
-    """(s, 2) number of columns and rows; 0 on storeys that nothing is known of."""
+    """(s, 2) number of columns and rows; 0 on storeys without training data."""
 
     @property
     def reach_m(self) -> float:
-        """Greatest distance along x or y from a centre that a code can say."""
+        """Greatest distance along x or y from a centre that a code can express."""
         return self.cell_m * (0.5 + self.overlap)
 
     @property
@@ -103,9 +103,9 @@ class CellLattice:
 
 
 def lattice_over(places: ScanPlaces, cell_m: float, overlap: float) -> CellLattice:
-    """Cover the extent of the places on each storey, one row and column more than fits.
+    """Cover the extent of the places on each storey, with one more row and column.
 
-    Raises DatasetError where that takes more than MOST_CELLS.
+    Raises DatasetError if this needs more than MOST_CELLS.
     """
     first = np.zeros((len(places.storeys), 2), dtype=np.int64)
     size = np.zeros_like(first)
@@ -117,37 +117,37 @@ def lattice_over(places: ScanPlaces, cell_m: float, overlap: float) -> CellLatti
     if lattice.count > MOST_CELLS:
         width, height = size.max(axis=0) * cell_m
         raise DatasetError(
-            f"places of a floor extend over {width:.0f} x {height:.0f} m: {lattice.count} cells of {cell_m:g} m; "
-            f"correct the labels, or make cells larger (at most {MOST_CELLS} can be)"
+            f"the floor's places extend over {width:.0f} x {height:.0f} m, which is {lattice.count} cells of "
+            f"{cell_m:g} m; correct the labels, or make the cells larger (at most {MOST_CELLS} cells are possible)"
         )
     return lattice
 
 
 def decoded(centre_m: Any, code: Any, reach_m: float) -> Any:
-    """Return the places that codes say (NumPy or PyTorch)."""
+    """Return the places of codes (NumPy or PyTorch)."""
     return centre_m + reach_m * code
 
 
 _SHORTEST_CODE = 1e-3
-"""A place nearer to a cell's centre weighs no more than this one."""
+"""A place closer to a cell's centre has the same weight as this one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class MultiCelSettings(NetworkSettings):
-    """Parameters; by default as in the paper's table (other published settings: models/multi_cel.py)."""
+    """Parameters; the defaults are those of the paper's table (other published settings: models/multi_cel.py)."""
 
     cell_m: float = 10.0
     """Side of a cell."""
     overlap: float = 0.3
-    """How far a cell reaches past its side, as a share of the side."""
+    """Distance that a cell reaches beyond its side, as a share of the side."""
     heads: Sequence[int] = (512,)
     class_weight: float = 1.0
-    """Of its loss, as ``code_weight``."""
+    """Weight of the classification loss; ``code_weight`` is that of the codes."""
     code_weight: float = 1.0
 
 
 class TwoHeads(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
-    """A common part, then a head that classifies cells and one that says a code for each."""
+    """A common part, then a head that classifies cells and one that gives a code for each."""
 
     def __init__(self, inputs: int, cells: int, settings: MultiCelSettings) -> None:
         super().__init__()
@@ -164,7 +164,7 @@ class TwoHeads(torch.nn.Module):  # type: ignore[misc]  # torch counts as Any
 
 
 class MultiCelLocator(Locator):
-    """Decodes the best cell's code; the floor is the cell's."""
+    """Decodes the best cell's code; the floor is that of the cell."""
 
     def __init__(self, inputs: int, cells: int, storeys: int, settings: MultiCelSettings) -> None:
         super().__init__(TwoHeads(inputs, cells, settings), storeys)
@@ -174,7 +174,7 @@ class MultiCelLocator(Locator):
         self.constant("on_storey", torch.zeros(cells, storeys))
 
     def set_cells(self, lattice: CellLattice) -> None:
-        """Take where the cells lie."""
+        """Set the positions of the cells."""
         self.centre_m.copy_(torch.from_numpy(lattice.centre_m))
         self.reach_m.fill_(lattice.reach_m)
         self.on_storey[torch.arange(lattice.count), torch.from_numpy(lattice.storey)] = 1.0
@@ -191,7 +191,7 @@ class MultiCelLocator(Locator):
         return self.class_weight * class_loss + self.code_weight * (error * (weight > 0)).sum(dim=1)
 
     def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
-        """Decode scaled scans (n, a); guesses are the places that all cells say, each as likely as its cell."""
+        """Decode scaled scans (n, a); guesses are the places of all cells, each with its cell's probability."""
         logits, codes = self.network(inputs)
         probability = torch.softmax(logits, dim=1)
         best = probability.argmax(dim=1)
@@ -207,12 +207,12 @@ class MultiCelLocator(Locator):
 
 
 class MultiCel(NetworkPositioner):
-    """The model."""
+    """Classification of cells with codes."""
 
     kind = MultiCelSettings
     settings: MultiCelSettings
     lattice_: CellLattice
-    """Of the training data; a model that was loaded has none, as its locator knows the cells."""
+    """Lattice of the training data; a loaded model has none, because its locator contains the cells."""
 
     def _new_locator(self, places: ScanPlaces) -> Locator:
         self.lattice_ = lattice_over(places, self.settings.cell_m, self.settings.overlap)
@@ -232,7 +232,7 @@ class MultiCel(NetworkPositioner):
 
 
 def _of_cells(values: torch.Tensor, cell: torch.Tensor) -> torch.Tensor:
-    """Pick from (n, c, 2) those of cells (n, k): (n, k, 2)."""
+    """Select cells (n, k) from (n, c, 2): (n, k, 2)."""
     return values.gather(1, cell[..., None].expand(-1, -1, 2))
 
 

@@ -1,6 +1,6 @@
-"""What all positioners with a network share: parts of the training data, training, calibration, prediction, weights.
+"""Functions of all positioners with a network: validation set, training, calibration, prediction, weights.
 
-Training goes by mini-batches and Adam, with early stopping on held-out examples; the best weights are kept.
+Training uses mini-batches and Adam, with early stopping on held-out examples; the best weights are kept.
 """
 
 from __future__ import annotations
@@ -26,39 +26,39 @@ from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans
 from vislam2tag.positioning.registry import NamedArrays, Positioner
 
 PUBLISHED_BATCH = 32
-"""Examples a step where nothing else is asked for; learning rates are stated for it."""
+"""Default number of examples in a step; learning rates are given for it."""
 _LARGEST_BATCH, _LEAST_STEPS = 512, 40
 _CHECKED_AT_ONCE = 1024
 
 
 @dataclass(frozen=True, kw_only=True)
 class NetworkSettings:
-    """Parameters that all networks have."""
+    """Parameters of all networks."""
 
     backbone: Sequence[int] = (512,)
-    """Widths of layers, as ``heads`` and ``head``."""
+    """Widths of layers, like ``heads`` and ``head``."""
     dropout: float = 0.5
     head_dropout: float = 0.25
     input_scale: str = "min-max"
     epochs: int = 50
     batch_size: int = 0
-    """0: 32, on a GPU up to 512 with a learning rate to fit (:func:`.batch_for`)."""
+    """0: 32, on a GPU up to 512 with an adapted learning rate (:func:`.batch_for`)."""
     learning_rate: float = 1e-3
     weight_decay: float = 0.0
     """Decoupled from the gradient (AdamW); 0 is Adam."""
     patience: int = 30
-    """Epochs without a better held-out loss after which training ends."""
+    """Training ends after this number of epochs without a better held-out loss."""
     validation_share: float = 0.1
-    """Share of the training data, drawn at random, that is held out for early stopping and calibration where
-    ``fit`` gets no validation part; at least one scan."""
+    """Share of the training data that is held out at random for early stopping and calibration, if ``fit`` gets no
+    validation set; at least one scan."""
     seed: int = 0
     device: str = "auto"
-    """Where to train: ``auto`` (the GPU where there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
+    """Where to train: ``auto`` (the GPU if there is one), ``cpu``, ``cuda``. Predictions are made on the CPU."""
 
 
 @dataclass(frozen=True)
 class TrainingExamples:
-    """What a network learns from or is checked with."""
+    """Examples for training or validation."""
 
     count: int
     losses: Callable[[torch.Tensor], torch.Tensor]
@@ -67,12 +67,12 @@ class TrainingExamples:
 
 @dataclass(frozen=True)
 class TrainingHistory:
-    """How a training went."""
+    """Course of a training."""
 
     held_out_loss: tuple[float, ...]
     """Mean over the held-out examples after each epoch."""
     best_epoch: int
-    """Whose weights the network has; counted from 0."""
+    """Epoch of the network's weights, counted from 0."""
 
 
 def train(
@@ -82,9 +82,9 @@ def train(
     settings: NetworkSettings,
     progress: Progress[int] = silent,
 ) -> TrainingHistory:
-    """Train the network; it ends with the weights that were best on the held-out examples, in evaluation mode.
+    """Train the network; it then has the weights with the smallest held-out loss, and is in evaluation mode.
 
-    Raises DatasetError where the loss is no number any more. Nothing waits for a GPU within an epoch.
+    Raises DatasetError if the loss becomes NaN or infinite. There is no synchronisation with a GPU within an epoch.
     """
     device = next(network.parameters()).device
     size, faster = batch_for(examples.count, device, settings.batch_size)
@@ -106,7 +106,7 @@ def train(
             optimiser.step()
         losses.append(_mean_loss(network, held_out, device))
         if not math.isfinite(losses[-1]):
-            raise DatasetError(f"the loss grew without bound in epoch {epoch + 1}; lower the learning rate")
+            raise DatasetError(f"the training loss diverged in epoch {epoch + 1}; lower the learning rate")
         if losses[-1] < min(losses[:-1], default=math.inf):
             best_epoch, best = epoch, copy.deepcopy(network.state_dict())
         progress(epoch + 1, settings.epochs)
@@ -125,12 +125,13 @@ def _mean_loss(network: torch.nn.Module, examples: TrainingExamples, device: tor
 
 
 def batch_for(count: int, device: torch.device, asked_for: int = 0) -> tuple[int, float]:
-    """Return how many of ``count`` examples a step takes, and what to multiply the learning rate by.
+    """Return the batch size for ``count`` examples, and the factor on the learning rate.
 
-    A number that was asked for is kept, with its rate.
+    A given batch size is kept, with its rate.
 
-    A GPU computes a large batch as quickly as a small one, so that it gets 512, but leaves 40 steps an epoch; the rate
-    of Adam grows with the root of the batch (Malladi et al. 2022). A processor keeps to the published batches.
+    A GPU computes a large batch as fast as a small one, so it gets up to 512 examples, with at least 40 steps in an
+    epoch. The rate of Adam grows with the square root of the batch size (Malladi et al. 2022). A CPU uses the published
+    batch size.
     """
     if asked_for:
         return asked_for, 1.0
@@ -140,9 +141,9 @@ def batch_for(count: int, device: torch.device, asked_for: int = 0) -> tuple[int
 
 
 def training_device(name: str) -> torch.device:
-    """Return the device called ``cpu``, ``cuda``, ...; ``auto`` is the GPU where there is one, the CPU elsewhere.
+    """Return the device named ``cpu``, ``cuda``, ...; ``auto`` is the GPU if there is one, otherwise the CPU.
 
-    Raises UsageError for a device that is not there.
+    Raises UsageError for a device that is not available.
     """
     if name == "auto":
         name = "cuda" if torch.cuda.is_available() else "cpu"
@@ -150,16 +151,16 @@ def training_device(name: str) -> torch.device:
         device = torch.device(name)
         torch.empty(0, device=device)
     except (AssertionError, RuntimeError) as error:
-        raise UsageError(f"device '{name}' is not there ({str(error).splitlines()[0]}); use auto or cpu") from error
+        raise UsageError(f"device '{name}' is not available ({str(error).splitlines()[0]}); use auto or cpu") from error
     return device
 
 
 @contextmanager
 def repeatable(seed: int, device: torch.device) -> Iterator[None]:
-    """Seed PyTorch and hold it to one thread, so that a network on the CPU follows from its seed alone.
+    """Seed PyTorch and limit it to one thread, so that a network on the CPU depends only on its seed.
 
-    More threads add in another order. On a GPU sums do so, too: there figures repeat, not bytes. PyTorch's own random
-    numbers go on afterwards as if nothing had happened.
+    More threads would change the order of sums. On a GPU the order also varies, so figures repeat there, but not bytes.
+    PyTorch's own random numbers are restored afterwards.
     """
     threads = torch.get_num_threads()
     with torch.random.fork_rng(devices=[device] if device.type == "cuda" else []):
@@ -191,9 +192,9 @@ _AT_ONCE = 1024
 
 
 def refuse_impossible(parameters: Mapping[str, Any]) -> None:
-    """Raise UsageError for the first value that cannot be, of the kind its parameter has.
+    """Raise UsageError for the first value outside the range of its parameter.
 
-    Names that are not known here may have any value.
+    Unknown names may have any value.
     """
     for name, (least, most) in _RANGES.items():
         value = parameters.get(name, least)
@@ -202,7 +203,7 @@ def refuse_impossible(parameters: Mapping[str, Any]) -> None:
     for name in _WIDTHS:
         widths = parameters.get(name, ())
         if not all(isinstance(width, int) and width >= 1 for width in widths):
-            raise UsageError(f"{name} {widths!r}: expected the widths of layers, like [512, 256], or [] for none")
+            raise UsageError(f"{name} {widths!r}: expected layer widths such as [512, 256], or [] for no hidden layer")
     scale = parameters.get("input_scale", InputScale.MIN_MAX)
     if scale not in list(InputScale):
         raise UsageError(f"input_scale {scale!r}: expected one of {', '.join(InputScale)}")
@@ -213,10 +214,10 @@ def _between(least: float, most: float) -> str:
 
 
 class NetworkPositioner(Positioner):
-    """A model whose answers come from a :class:`Locator`; its parameters are the fields of its ``kind`` of settings.
+    """A model with a :class:`Locator`; its parameters are the fields of its ``kind`` of settings.
 
-    A model builds its locator from training data (``_new_locator``) and from saved arrays (``_empty_locator``), and
-    says what its loss needs to know of places (``_targets``).
+    A model makes its locator from training data (``_new_locator``) or for saved arrays (``_empty_locator``), and the
+    targets of its loss from places (``_targets``).
     """
 
     kind: ClassVar[type[NetworkSettings]]
@@ -225,16 +226,16 @@ class NetworkPositioner(Positioner):
     history_: TrainingHistory
 
     def __init__(self, **parameters: Any) -> None:
-        """Take the parameters that differ from the settings' own."""
+        """Make a model with parameters that differ from the defaults."""
         self.settings = self.kind(**parameters)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Return all parameters, in order of their names."""
+        """Return all parameters, sorted by name."""
         del deep
         return dict(sorted(vars(self.settings).items()))
 
     def set_params(self, **params: Any) -> Self:
-        """Change parameters, as scikit-learn's searches do; raises ValueError for one that there is not."""
+        """Change parameters, as scikit-learn's searches do; raises ValueError for an unknown one."""
         if unknown := params.keys() - vars(self.settings).keys():
             raise ValueError(f"{type(self).__name__} has no parameter {', '.join(sorted(unknown))}")
         self.settings = replace(self.settings, **params)
@@ -246,11 +247,11 @@ class NetworkPositioner(Positioner):
 
     @abstractmethod
     def _empty_locator(self, arrays: Mapping[str, FloatArray]) -> Locator:
-        """Make a locator that arrays of these shapes fit."""
+        """Make a locator for arrays of these shapes."""
 
     @abstractmethod
     def _targets(self, places: ScanPlaces) -> Sequence[AnyArray]:
-        """Return what :meth:`Locator.losses` takes besides inputs: arrays of length n."""
+        """Return the additional arguments of :meth:`Locator.losses`: arrays of length n."""
 
     def _fit(self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None) -> None:
         refuse_impossible(self.get_params())
@@ -274,7 +275,7 @@ class NetworkPositioner(Positioner):
     def _parts(
         self, scans: RadioScans, places: ScanPlaces, validation: LabelledScans | None
     ) -> tuple[LabelledScans, LabelledScans]:
-        """Return what is learned from and what is held out; a lone scan is both."""
+        """Return the training and held-out scans; a single scan is both."""
         if given := usable_validation(validation):
             taught = np.isin(given[1].storey, places.storey)
             if taught.any():
@@ -287,7 +288,7 @@ class NetworkPositioner(Positioner):
         return (scans[learned], places[learned]), (scans[held_out], places[held_out])
 
     def _examples(self, locator: Locator, part: LabelledScans, device: torch.device) -> TrainingExamples:
-        """Put inputs and targets on the device once: what is sent batch after batch, a GPU would wait for."""
+        """Put inputs and targets on the device once, because a GPU would wait for transfers of every batch."""
         scans, places = part
         blocks = (scans[start : start + _AT_ONCE] for start in range(0, len(scans), _AT_ONCE))
         inputs = torch.cat([locator.scaling(levels(block).to(device)).float() for block in blocks])
@@ -301,7 +302,7 @@ class NetworkPositioner(Positioner):
     def _calibrate(self, scans: RadioScans, places: ScanPlaces) -> None:
         """Fit the radii to the errors on held-out scans.
 
-        The network was stopped by the same scans, so they flatter it a little.
+        The same scans stopped the training, so the errors are slightly too small.
         """
         locator = self.locator_
         xy, spread_m = in_batches(scans, lambda level: xy_and_spread(locator, level))
@@ -313,7 +314,7 @@ class NetworkPositioner(Positioner):
         return Positions(storeys=self.storeys_, **found)
 
     def torch_module(self) -> Locator:
-        """Return what answers, for export."""
+        """Return the locator, for export."""
         return self.locator_
 
     def arrays(self) -> NamedArrays:
@@ -321,25 +322,25 @@ class NetworkPositioner(Positioner):
         return {name: value.numpy().astype(np.float64) for name, value in self.locator_.state_dict().items()}
 
     def restore(self, arrays: Mapping[str, FloatArray]) -> None:
-        """Take weights and constants back; raises ValueError where they are not those of this model."""
+        """Restore weights and constants; raises ValueError if they are not those of this model."""
         refuse_impossible(self.get_params())
         checked = CheckedArrays(arrays)
         for name, array in ((name, array) for name, array in arrays.items() if array.size):
             checked.floats(name, *array.shape, unknown=name == "height_m")
-        # Widths that no array has would be allocated before they are found not to fit.
+        # Missing arrays must be detected before layers of their widths are allocated.
         sizes = {size for array in arrays.values() for size in array.shape}
         if not {width for name in _WIDTHS for width in self.get_params().get(name, ())} <= sizes:
-            raise ValueError("arrays do not fit the model: none has the widths of its layers")
+            raise ValueError("the arrays do not fit the model: the widths of its layers are missing")
         try:
             locator = self._empty_locator(arrays).double()
             locator.load_state_dict({name: torch.tensor(value) for name, value in arrays.items()})
         except (KeyError, RuntimeError) as error:
-            raise ValueError(f"arrays do not fit the model: {error}") from error
+            raise ValueError(f"the arrays do not fit the model: {error}") from error
         self.locator_ = locator.eval()
 
 
 def in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ...]]) -> tuple[AnyArray, ...]:
-    """Answer some scans after the other, so that memory holds the levels of a few only."""
+    """Answer scans in batches, so that the levels of only a few are in memory."""
     starts = range(0, max(len(scans), 1), _AT_ONCE)
     with torch.no_grad():
         found = [answer(levels(scans[start : start + _AT_ONCE])) for start in starts]
@@ -347,11 +348,11 @@ def in_batches(scans: RadioScans, answer: Callable[[torch.Tensor], tuple[Any, ..
 
 
 def xy_and_spread(locator: Locator, level_dbm: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return where scans of these levels (n, a) were, and how far guesses spread."""
+    """Return places of scans with these levels (n, a), and the spread of guesses."""
     answer = locator.answer(locator.scaling(level_dbm))
     return answer.xy, answer.spread_m
 
 
 def levels(scans: RadioScans) -> torch.Tensor:
-    """Make the (n, a) levels in dBm, NaN where not heard."""
+    """Make the (n, a) levels in dBm, NaN if not heard."""
     return torch.from_numpy(scans.dense())

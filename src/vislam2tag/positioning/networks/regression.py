@@ -1,6 +1,7 @@
 """The paper's 3-D regression network: x, y and the floor as three numbers.
 
-Of several buildings each has one more number, 1 for the building and 0 for the others, as their frames may overlap.
+With several buildings each has one more number, 1 for the building and 0 for the others, because their frames may
+overlap.
 """
 
 from __future__ import annotations
@@ -17,18 +18,18 @@ from vislam2tag.positioning.networks.positioner import NetworkPositioner, Networ
 from vislam2tag.positioning.places import ScanPlaces
 
 FLOOR_DEVIATION = 0.5
-"""Standard deviation of the number that stands for the floor, in floors; for the probabilities of floors only."""
+"""Standard deviation of the number for the floor, in floors; used only for the probabilities of floors."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RegressionSettings(NetworkSettings):
-    """Parameters; by default as in the paper's table (other published settings: models/regression_net.py)."""
+    """Parameters; the defaults are those of the paper's table (other published settings: models/regression_net.py)."""
 
     head: Sequence[int] = (512,)
 
 
 class RegressionLocator(Locator):
-    """Answers with the floor of the likeliest building that is nearest to the third number."""
+    """Answers with the floor of the most likely building that is closest to the third number."""
 
     def __init__(self, inputs: int, buildings: int, storeys: int, settings: RegressionSettings) -> None:
         width = settings.backbone[-1] if len(settings.backbone) else inputs
@@ -46,7 +47,7 @@ class RegressionLocator(Locator):
         self.constant("in_building", torch.zeros(storeys, buildings))
 
     def set_places(self, places: ScanPlaces, in_building: FloatArray) -> None:
-        """Take the scale of x, y and floor, the floors that answers may name, and their buildings (s, buildings)."""
+        """Set the scale of x, y and floor, the possible floors, and their buildings (s, buildings)."""
         targets = _targets(places)
         deviation = targets.std(axis=0)
         self.mean.copy_(torch.from_numpy(targets.mean(axis=0)))
@@ -62,10 +63,10 @@ class RegressionLocator(Locator):
         return (self.network(inputs) - scaled).square().mean(dim=1)
 
     def answer(self, inputs: torch.Tensor) -> NetworkAnswer:
-        """Undo the scaling of what is said of scaled scans (n, a).
+        """Invert the scaling of the answers for scaled scans (n, a).
 
-        There is one guess: what dropout makes of it (Gal and Ghahramani 2016) tells little of its error, and circles
-        that follow it were larger at 68 % in cross-validation, and little smaller at 95 %.
+        There is only one guess. The spread from dropout (Gal and Ghahramani 2016) says little about the error: in
+        cross-validation, circles from it were larger at 68 % and hardly smaller at 95 %.
         """
         found = self.network(inputs)
         place = found[:, :3] * self.deviation + self.mean
@@ -84,12 +85,12 @@ class RegressionLocator(Locator):
 
 
 class RegressionNet(NetworkPositioner):
-    """The model."""
+    """Regression of coordinates and floor."""
 
     kind = RegressionSettings
     settings: RegressionSettings
     buildings_: FloatArray
-    """(s, buildings) 1 where a storey is in a building; no column where there is one building."""
+    """(s, buildings) 1 if a storey is in a building; no columns if there is one building."""
 
     def _new_locator(self, places: ScanPlaces) -> Locator:
         self.buildings_ = _buildings(places)
@@ -113,7 +114,7 @@ def _targets(places: ScanPlaces) -> FloatArray:
 
 
 def _buildings(places: ScanPlaces) -> FloatArray:
-    """(s, buildings) which storey is in which of the buildings that places are in; no column where that is one."""
+    """(s, buildings) which storey is in which of the buildings of the places; no columns if there is only one."""
     names = [storey.building for storey in places.storeys]
     taught = sorted({names[storey] for storey in np.unique(places.storey)})
     if len(taught) == 1:
