@@ -67,7 +67,7 @@ COMMANDS = {
     "More": {
         "paper": "Reproduce the paper's tables and figures.",
         "demo": "Simulate, label and score a small survey.",
-        "docs": "Open the documentation in the browser.",
+        "docs": "Show a page of the documentation.",
     },
 }
 """Every command, by purpose; ``--help`` shows this without importing any of them."""

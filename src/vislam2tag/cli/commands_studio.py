@@ -12,7 +12,7 @@ from vislam2tag.cli.options import ALL_CORES, AsJson, ConfigFile, FollowLinks, J
 from vislam2tag.cli.progress import session_bar
 from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.tables import print_warnings
-from vislam2tag.cli.terminal import answer, say, say_json
+from vislam2tag.cli.terminal import answer, say, say_json, visible_console
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, shown
@@ -176,17 +176,17 @@ class DocsOptions:
     """Arguments and options of ``vislam2tag docs``."""
 
     page: str = argument("Page to open, as messages name it, such as how-to/iphone.", "index")
-    browser: bool = option(True, "Open the page in this computer's browser.")
+    browser: bool = option(True, "Open the page in the browser, if the extra docs is installed.")
 
 
 @command
 def docs_command(given: DocsOptions) -> None:
-    """Open a page of the documentation in the browser, without a network.
+    """Show a page of the documentation, without a network.
 
-    Prints the page's file and opens it. This needs the extra docs, which contains the whole documentation with its
-    search.
+    Prints the page in the terminal. If the extra docs is installed, which contains the whole site with its search, the
+    page opens in the browser, and its file is printed.
 
-    Exit code: 0 the page was opened or printed, 2 the extra is not installed or there is no such page.
+    Exit code: 0 the page was shown, 2 there is no such page.
 
     \b
     Examples:
@@ -196,9 +196,14 @@ def docs_command(given: DocsOptions) -> None:
     """
     import webbrowser
 
+    from rich.markdown import Markdown
+
     from vislam2tag.common.documentation import offline_page
 
     page = offline_page(given.page)
+    if page.suffix == ".md":
+        visible_console().print(Markdown(page.read_text(encoding="utf-8")))
+        return
     say(str(page))
     if given.browser:
         webbrowser.open(page.as_uri())

@@ -7,6 +7,7 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
+import vislam2tag
 from vislam2tag.common.errors import UsageError
 
 HOSTED_AT = ""
@@ -28,18 +29,28 @@ def with_pages(text: str) -> str:
 
 
 def offline_page(name: str) -> Path:
-    """The file of a page in the offline copy of the site, which the extra ``docs`` installs.
+    """The file of a page: HTML of the site that the extra ``docs`` installs, else Markdown that every wheel contains.
 
-    Raises ModuleNotFoundError without the extra, and UsageError for a page that does not exist.
+    Raises UsageError for a page that does not exist.
     """
-    site = Path(str(files("vislam2tag_docs") / "site"))
-    for page in (site / f"{name}.html", site / name / "index.html"):
+    folder, suffix = _pages()
+    for page in (folder / f"{name}{suffix}", folder / name / f"index{suffix}"):
         if page.is_file():
             return page
-    names = sorted(each.relative_to(site).with_suffix("").as_posix() for each in site.rglob("*.html"))
+    names = sorted(each.relative_to(folder).with_suffix("").as_posix() for each in folder.rglob(f"*{suffix}"))
     word = name.rpartition("/")[2]
     close = [each for each in names if word and word in each]
     raise UsageError(
         f"the documentation has no page {name}. "
         f"{'Did you mean ' + ' or '.join(close) + '?' if close else 'Run `vislam2tag docs` for the start page.'}"
     )
+
+
+def _pages() -> tuple[Path, str]:
+    """The folder with all pages, and the suffix of their files."""
+    try:
+        return Path(str(files("vislam2tag_docs") / "site")), ".html"
+    except ModuleNotFoundError:
+        package = Path(vislam2tag.__file__).parent
+        installed = package / "pages"
+        return (installed if installed.is_dir() else package.parents[1] / "docs"), ".md"

@@ -62,7 +62,6 @@ _EXTRAS = {
     "hdf5": ("h5py",),
     "mcap": ("google", "mcap", "mcap_protobuf"),
     "fleet": ("dask", "distributed", "obstore"),
-    "docs": ("vislam2tag_docs",),
     "models": ("onnx", "onnxscript", "torch"),
 }
 """By extra (pyproject.toml), the packages that identify it if they are missing; segno is in ``prepare``, too."""

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError
 from vislam2tag.common.files.archives import folder_of, is_archive
 from vislam2tag.common.files.folder import scratch_folder
@@ -86,8 +87,8 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
     name = format_of(folder)
     if name is None or name == UNKNOWN_FORMAT:
         raise SessionError(
-            f"{path}: contains no recording of a known app (docs/how-to/iphone.md lists them); pass a table of its "
-            "readings as CSV"
+            f"{path}: contains no recording of a known app ({page_of('how-to/iphone')} lists them); "
+            "pass a table of its readings as CSV"
         )
     ref = SessionRef(SessionKey(0, "companion", path.stem), folder, name, "companion")
     session = FORMATS.named(name).read(ref, FindingSettings())

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import polars as pl
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
@@ -36,7 +37,7 @@ class GeographicFixes:
         if floor.georeference is None:
             message = (
                 f"its positions are in degrees, but floor {floor.number} has no georeference: add [georeference] to "
-                "site.toml (docs/how-to/site.md)"
+                f"site.toml ({page_of('how-to/site')})"
             )
             return None, [site_finding("fixes_without_georeference", self.file, message, Severity.ERROR)]
         here = self.floor == floor.number

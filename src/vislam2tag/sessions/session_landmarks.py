@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns
@@ -201,7 +202,7 @@ def on_known_floors(session: Session, site: Site) -> Session:
     unknown = ", ".join(map(str, np.unique(told.floor[~known]).tolist()))
     message = (
         f"the collector chose floor {unknown}, which the survey does not have: the data after that is assigned to "
-        "the previous floor; add the floor (docs/how-to/site.md), or exclude this time with [[exclude_span]]"
+        f"the previous floor; add the floor ({page_of('how-to/site')}), or exclude this time with [[exclude_span]]"
     )
     finding = Finding(kind="unknown_told_floor", file="Events.csv", count=int((~known).sum()), message=message)
     kept = ToldFloors(told.time_ns[known], told.floor[known]) if known.any() else None

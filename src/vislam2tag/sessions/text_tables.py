@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import polars as pl
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 
@@ -242,7 +243,7 @@ class NamedTable:
     quoted: bool = False
     severity: Severity = Severity.WARNING
     """How grave it is if a column is missing in the header."""
-    page: str = "docs/reference/phone-tables.md"
+    page: str = "reference/phone-tables"
     """Which describes the table."""
 
     def read(self, data: bytes, file: str) -> RawTable:
@@ -270,7 +271,7 @@ class NamedTable:
         lines = line_count(body)
         wanted = ", ".join(missing) or "each column once"
         cure = "the file is not used: correct its first line"
-        message = f"the header must name {wanted} ({self.page}); {cure}"
+        message = f"the header must name {wanted} ({page_of(self.page)}); {cure}"
         finding = Finding(
             kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=self.severity, lines=(1,)
         )

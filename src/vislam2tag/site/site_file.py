@@ -11,6 +11,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, FiniteFloat, model_validator
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.findings import Finding, FindingKind
@@ -23,7 +24,7 @@ from vislam2tag.site.plans.source import GREATEST_M, PlanSource
 from vislam2tag.site.site_table import FLOORS, LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
 
 SITE_FILE = "site.toml"
-_HEAD = "# The building: its floors, their plans and frames. What each entry means: docs/how-to/site.md\n"
+_HEAD = "# The building: its floors, their plans and frames. Entries are explained in {}\n"
 _Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
 
 
@@ -120,7 +121,7 @@ def read_site_file(root: Path) -> SiteFile:
 
 def site_file_text(site: SiteFile) -> str:
     """Write a ``site.toml``; what is as when it is not said is left out."""
-    lines = [_HEAD]
+    lines = [_HEAD.format(page_of("how-to/site"))]
     if site.name:
         lines += [f"name = {toml_value(site.name)}", ""]
     if site.georeference is not None:

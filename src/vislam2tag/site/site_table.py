@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import MissingExtraError, SurveyError, first_line, import_extra
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
@@ -178,8 +179,8 @@ class SiteTable:
         names = list(dict.fromkeys((*columns.first, *columns.needed)))
         return (
             f"the first line must be: {','.join(names)} (then optional columns: {', '.join(optional)}), or such names "
-            f"as a spreadsheet has (docs/reference/formats.md); it does not contain {' and '.join(missing)} and is: "
-            f"{','.join(self.header)[:_SHOWN] or 'empty'}"
+            f"as a spreadsheet has ({page_of('reference/formats')}); it does not contain "
+            f"{' and '.join(missing)} and is: {','.join(self.header)[:_SHOWN] or 'empty'}"
         )
 
 

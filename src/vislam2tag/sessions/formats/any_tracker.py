@@ -11,6 +11,7 @@ import numpy as np
 import polars as pl
 from pydantic import ValidationError
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import SessionError, import_extra
 from vislam2tag.common.files.given_files import toml_values
 from vislam2tag.common.records import Record
@@ -43,7 +44,9 @@ def _tum_poses(reading: SessionFiles) -> pl.DataFrame:
 
 def pose_axes(reading: SessionFiles) -> PoseAxes:
     """Read ``poses.toml``; raises SessionError where it is not there or says something else."""
-    expected = 'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it (docs/reference/formats.md)'
+    expected = (
+        f'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it ({page_of("reference/formats")})'
+    )
     if not reading.has("axes"):
         raise SessionError(f"{reading.folder}: there is no poses.toml, which defines the axes of the poses; {expected}")
     file, data = reading.load("axes")

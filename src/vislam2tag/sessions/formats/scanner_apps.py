@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
@@ -127,7 +128,7 @@ def _record3d(reading: SessionFiles, key: SessionKey, settings: FindingSettings)
     del reading, settings
     raise SessionError(
         f"{key}: Record3D neither aligns its frame with gravity nor logs an accelerometer, so the floor cannot be "
-        "found: record with Stray Scanner or another app of docs/how-to/iphone.md"
+        f"found: record with Stray Scanner or another app of {page_of('how-to/iphone')}"
     )
 
 
