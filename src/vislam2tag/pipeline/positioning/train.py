@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +29,9 @@ SEED = "seed"
 class TrainPlan:
     """What to train, and on what."""
 
-    model: str | None
+    model: str | None = None
     """None: the one that :func:`~vislam2tag.positioning.model_scores.tried_models` finds best."""
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     split: str | None = None
     """Train on the training part of this split only; None: on all labelled fingerprints."""
     fold: str | None = None
