@@ -72,7 +72,7 @@ def test_pages_say_which_answer_it_is(surveys: Path, tmp_path: Path) -> None:
         assert f"Landmarks and known positions: {words}" in (out / "check" / "check.html").read_text()
         vislam2tag("-q", "process", surveys / name, "--out", out / "labels", "--jobs", "1")
         page = (out / "labels" / "report.html").read_text()
-        assert f"The survey by its walks: {words}" in page
+        assert f"Result for the survey: {words}" in page
         assert "no landmark contradicts the rest" not in page
 
 

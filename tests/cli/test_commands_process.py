@@ -279,4 +279,4 @@ def test_what_is_wrong_is_told_first(tmp_path: Path, own: bool) -> None:
     faults = [line for line in done.stdout.splitlines() if line.startswith("wrong: ")]
     assert faults
     assert f"next: vislam2tag diagnose {survey} --apply" in done.stdout
-    assert "What is wrong" in (tmp_path / "out" / "index.html").read_text()
+    assert "Problems" in (tmp_path / "out" / "index.html").read_text()

@@ -161,7 +161,7 @@ def test_painted_walls_stay_and_ctrl_z_takes_a_stroke_back(browser: Browser, tmp
         page.get_by_role("tab", name="Prepare").click()
         step(page, "Walls and walkable space")
         area = page.locator("[data-area]")
-        expect(area).to_contain_text("can be walked.")
+        expect(area).to_contain_text("are walkable.")
         page.get_by_label("Tool").select_option("brush")
         areas = [area.get_attribute("data-area") or ""]
         extent = extent_of(page, 1)

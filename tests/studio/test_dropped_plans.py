@@ -94,7 +94,7 @@ def paints_walls(page: Page) -> None:
     """A brush from corner to corner, and a polygon, each corner in the middle of the map; taken back and done again."""
     step(page, "Walls and walkable space")
     area = page.locator("[data-area]")
-    expect(area).to_contain_text("can be walked.")
+    expect(area).to_contain_text("are walkable.")
     whole = area.get_attribute("data-area") or ""
     for tool, keys in (("brush", ["ArrowUp"]), ("polygon", ["ArrowRight", "ArrowUp"])):
         page.get_by_label("Tool").focus()

@@ -122,7 +122,7 @@ def mends_a_wall(page: Page) -> float:
     """The wall from (5, 0) to (5, 6) is prolonged by the brush, and a door opened by a polygon; returns the area."""
     step(page, "Walls and walkable space")
     area = page.locator("[data-area]")
-    expect(area).to_contain_text("can be walked.")
+    expect(area).to_contain_text("are walkable.")
     whole = float(area.get_attribute("data-area") or "nan")
     page.get_by_label("Tool").select_option("brush")
     extent = extent_of(page, 2)

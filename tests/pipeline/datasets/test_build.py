@@ -26,7 +26,7 @@ from vislam2tag.simulation.settings import Climb, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 SECONDS = 90.0
-BY_PLAN = ("Walkable (plan)", "Room by room", "Rooms entered")
+BY_PLAN = ("Walkable (plan)", "Coverage by room", "Rooms entered")
 """What the page of a data set says where the survey's plans are at hand."""
 
 
