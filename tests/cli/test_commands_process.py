@@ -96,8 +96,8 @@ def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_pa
     ("options", "message"),
     [
         (("--strategy", "globe"), "no mapping strategy is called 'globe'; there are: dead-reckoning, global, "),
-        (("--floor", "7"), "--floor 7: the survey has no session of it; there are: 0"),
-        (("--device", "Nokia"), "--device Nokia: the survey has no session of it; there are: LG, OnePlus"),
+        (("--floor", "7"), "--floor 7: the survey has no such session; available: 0"),
+        (("--device", "Nokia"), "--device Nokia: the survey has no such session; available: LG, OnePlus"),
         (("--landmarks", "gone.csv"), "cannot be opened (No such file or directory); expected a landmark file"),
         (("--jobs", "0"), "--jobs"),
         (("--max-gap-s", "nan"), "--max-gap-s"),
@@ -160,10 +160,10 @@ def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Pa
     (tmp_path / "thesis" / "chapter.tex").write_text("mine")
     mine, raw = bytes_of(tmp_path), bytes_of(survey)
     for place, message in (
-        (tmp_path / "file", "file: cannot be the output folder (a file, not a folder); choose another --out"),
-        (tmp_path / "thesis", "thesis: is not empty and was not made by vislam2tag "),
-        (survey, "survey: is not empty and was not made by vislam2tag "),
-        (survey / "floor_0" / "labels", "labels: lies among the survey's sessions"),
+        (tmp_path / "file", "file: cannot be used as the output folder (a file, not a folder); choose another --out"),
+        (tmp_path / "thesis", "thesis: the folder is not empty and vislam2tag did not create it "),
+        (survey, "survey: the folder is not empty and vislam2tag did not create it "),
+        (survey / "floor_0" / "labels", "labels: this folder is among the survey's sessions"),
     ):
         assert message in the_error(vislam2tag("process", survey, "--out", place))
     assert bytes_of(tmp_path) == mine

@@ -88,7 +88,7 @@ def test_a_clock_is_found_by_access_points_that_both_heard(labels: Path, wifi: p
         {"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"].str.to_uppercase(), "rssi": wifi["rssi_dbm"]}
     )
     made = label(table, str(labels))
-    assert "by access points that both heard" in made.notes[1]
+    assert "according to common access points" in made.notes[1]
     assert f"{BOOT_TO_UNIX_S}.0" in made.notes[1]
     same(made.table, wifi)
 
@@ -98,7 +98,7 @@ def test_the_sigma_of_a_clock_is_part_of_the_positions(labels: Path, wifi: pl.Da
     rng = np.random.default_rng(1)
     levels = wifi["rssi_dbm"].to_numpy() + rng.normal(0, 1, wifi.height) - 5.0
     made = label(pl.DataFrame({"timestamp": unix(wifi, "ms"), "bssid": wifi["bssid"], "rssi": levels}), labels)
-    assert ", by access points that both heard" in made.notes[1]
+    assert ", according to common access points" in made.notes[1]
     assert np.nanmedian((made.table["sigma"] - wifi["sigma"]).to_numpy()) > 0.05
 
 
@@ -120,25 +120,25 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
     headset.drop("taken_ns").write_csv(tmp_path / "headset.csv")
     done = vislam2tag("label", tmp_path / "headset.csv", "--labels", labels, "--by", "motion")
     assert done.returncode == 0, done.stderr
-    assert ", by the turns that both felt" in done.stdout
+    assert ", according to common turn rates" in done.stdout
     found = pl.read_csv(tmp_path / "headset-labelled.csv")
     true = label(headset.select(time_ns="taken_ns"), labels).table
     for name in ("x_m", "y_m"):
         assert (found[name] - true[name]).abs().max() < 0.05  # type: ignore[operator]
     unix = headset.select(pl.col("seconds_elapsed").alias("unix_time") + BOOT_TO_UNIX_S, pl.col("^gyro_.$"))
-    assert "by the turns that both felt" in label(unix, labels).notes[1], "Unix times need no option"
+    assert "according to common turn rates" in label(unix, labels).notes[1], "Unix times need no option"
 
 
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        ({}, ("--by", "motion"), "--by motion: the table lacks columns such as gyro_x, gyro_y, gyro_z"),
-        ({}, ("--by", "levels"), "--by levels: the table lacks a column bssid and one of levels"),
-        ({}, ("--by", "sound"), "--by sound: there are motion, levels"),
+        ({}, ("--by", "motion"), "--by motion: the table needs columns such as gyro_x, gyro_y, gyro_z"),
+        ({}, ("--by", "levels"), "--by levels: the table needs a column bssid and one of levels"),
+        ({}, ("--by", "sound"), "--by sound: unknown method; choose one of motion, levels"),
         (
             {"acc_x": 1.0, "acc_y": 2.0, "acc_z": 9.0},
             ("--by", "motion"),
-            "the acceleration that both felt: correlation",
+            "common accelerations: correlation",
         ),
     ],
 )
@@ -171,7 +171,7 @@ def test_a_recorders_clock_that_cannot_be_tells_nothing(
     folder = tmp_path / f"floor_{result['floor']}" / result["device"] / result["session"]
     folder.mkdir(parents=True)
     (folder / "session.json").write_text(json.dumps({"start": {"wall_ms": wall_ms, "boot_ns": 0}}))
-    with pytest.raises(UsageError, match="nothing tells how they relate"):
+    with pytest.raises(UsageError, match="their offset is unknown"):
         label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
 
 
@@ -193,14 +193,14 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
         ("time,co2\n1,2\n", ("--time-column", "when"), "there is no such column; there are: time, co2"),
         ("time,co2\nnoon,2\n", (), "column time: holds no time that can be read"),
         ("time,co2\n2022-01-14T16:35:30,2\n", (), "has no zone; give it by --zone, such as Europe/Berlin"),
-        ("time,co2\n1700000000,2\n", (), "nothing tells how they relate: give --survey"),
+        ("time,co2\n1700000000,2\n", (), "their offset is unknown. Use --survey"),
         ("time,co2\n5,2\n", (), "its times lie in no walk, whichever unit they are in"),
-        ("time,status\n5,2\n", (), "the table has a column status already; rename it"),
+        ("time,status\n5,2\n", (), "the table already has a column status; rename it"),
         ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: there are boot, unix"),
-        ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: no clock is so far ahead"),
-        ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: no clock is so far ahead"),
+        ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: the offset is too large"),
+        ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: the offset is too large"),
         ("time,co2\n2022-01-14T16:35:30,2\n", ("--zone", "Europe"), "--zone Europe: is no time zone"),
-        ("time,co2\n5,2\n", ("--session", "Pixel"), "holds no walk whose name holds 'Pixel'"),
+        ("time,co2\n5,2\n", ("--session", "Pixel"), "the folder has no walk with 'Pixel' in its name"),
     ],
 )
 def test_tables_that_cannot_be_labelled(

@@ -74,7 +74,7 @@ def test_the_published_layout_is_described(tmp_path: Path) -> None:
         (floor.number, floor.extent_m, floor.plan) for floor in before.floors
     ]
     assert after.floor(1).georeference is not None
-    assert "is there already" in the_error(vislam2tag("site", "init", root))
+    assert "already exists" in the_error(vislam2tag("site", "init", root))
 
 
 def test_the_mall_of_the_competition(tmp_path: Path) -> None:
@@ -206,7 +206,10 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "tells no scale; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m"),
+        (
+            (),
+            "the file has no scale. Use --width-m or --height-m or both, two --point, --distance, --scale or --unit-m",
+        ),
         (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818; give"),
         (("--scale", "1/50"), "--scale 1/50: give 1:N as the drawing says, such as 1:100"),
         (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: give X,Y,X,Y, two opposite corners"),

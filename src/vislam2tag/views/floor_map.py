@@ -170,7 +170,7 @@ def walk_to_fill(walked: WalkedFloor | None) -> list[Trace]:
 
 
 def contradicting(found: Sequence[LandmarkContradiction]) -> list[Trace]:
-    """Return one trace with an arrow and a text at its tip for each contradiction; none where nothing contradicts."""
+    """Return one trace with an arrow and a text at its tip for each contradiction; none if nothing contradicts."""
     if not found:
         return []
     drawn = [
@@ -196,7 +196,7 @@ def size_m(found: LandmarkContradiction) -> float:
 def plan_data_uri(floor: Floor) -> str:
     """Return a floor's plan over its extent, scaled to at most :data:`MAX_PIXELS`, as a JPEG data URI.
 
-    Raises OSError where it is unreadable, as :func:`vislam2tag.site.plans.load.plan_picture` does.
+    Raises OSError if it is unreadable, as :func:`vislam2tag.site.plans.load.plan_picture` does.
     """
     buffer = io.BytesIO()
     plan_picture(floor, MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)

@@ -62,7 +62,7 @@ class PlannedMap:
 def write_plan_page(out_file: Path, summary: PlanSummary, maps: Mapping[int, PlannedMap]) -> None:
     """Write the page with each floor's map; equal input gives equal bytes.
 
-    Raises OutputError where it cannot be written.
+    Raises OutputError if it cannot be written.
     """
     context = {
         "title": "Landmark plan",

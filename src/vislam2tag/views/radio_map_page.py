@@ -70,7 +70,7 @@ def _tile(maps: FloorMaps, number: int, file: str) -> dict[str, Any]:
 def write_radio_map_page(out_file: Path, title: str, floors: Sequence[dict[str, Any]]) -> None:
     """Write the page, Wi-Fi before other technologies; equal input gives equal bytes.
 
-    Raises OutputError where it cannot be written.
+    Raises OutputError if it cannot be written.
     """
     context = {
         "title": title,

@@ -225,8 +225,8 @@ def test_privacy_is_that_of_every_format(name: str, tmp_path: Path) -> None:
     ("name", "options", "said"),
     [
         ("nope", ExportOptions(), "no format called 'nope' can be written; there are: comford, geojson, gia"),
-        ("geojson", ExportOptions(split="random"), "--split: means nothing to the format geojson"),
-        ("uji", ExportOptions(survey=Path("x")), "--survey: means nothing to the format uji"),
+        ("geojson", ExportOptions(split="random"), "--split: does not apply to the format geojson"),
+        ("uji", ExportOptions(survey=Path("x")), "--survey: does not apply to the format uji"),
         ("uji", ExportOptions(fold="x"), "--fold x: say of which split by --split"),
         ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; there are: "),
         ("gia", ExportOptions(), "is a data set; gia is made of labels"),
@@ -265,7 +265,7 @@ def test_a_failed_export_leaves_what_was_there(sources: dict[str, Path], tmp_pat
 def test_the_raw_survey_is_no_place_for_it(labels: Path, survey: Path, tmp_path: Path) -> None:
     shutil.copytree(survey, tmp_path / "survey")
     options = ExportOptions(survey=tmp_path / "survey")
-    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+    with pytest.raises(OutputError, match="this folder is among the survey's sessions"):
         export(labels, tmp_path / "survey" / "floor_0" / "out", "gia", options)
     export(labels, tmp_path / "out", "gia", options)
     assert (tmp_path / "out" / "floor_dimensions.csv").read_bytes() == (survey / "floor_dimensions.csv").read_bytes()

@@ -232,7 +232,7 @@ def test_a_truth_on_another_clock_or_unreadable_is_said_to_be_missing(survey: Pa
     first.write_text("time_ns,x,y\n7000,1,2\n")
     second.write_text("t,x\n")
     found = evaluate(odd, tmp_path / "out", strategies=("smoother",))
-    assert "on one clock" in found.sessions[0].missing[0]
+    assert "use the same clock" in found.sessions[0].missing[0]
     assert "expected a table" in found.sessions[1].missing[0]
     assert found.failed == 0
     assert {row.truth for row in found.rows} == {"control_points"}
@@ -274,11 +274,11 @@ def test_folders_of_other_commands_and_wrong_names_are_refused(survey: Path, out
     (tmp_path / "mine" / "thesis.txt").touch()
     with pytest.raises(OutputError, match="not made by vislam2tag evaluate"):
         evaluate(survey, tmp_path / "mine")
-    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+    with pytest.raises(OutputError, match="this folder is among the survey's sessions"):
         evaluate(survey, survey / "floor_1" / "evaluated")
     with pytest.raises(UsageError, match="no mapping strategy"):
         evaluate(survey, tmp_path / "out", strategies=("best",))
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="not a folder"):
         evaluate(survey, tmp_path / "out", truth=tmp_path / "missing")
 
 

@@ -116,7 +116,7 @@ def test_hashed_models_take_the_key_or_hashed_scans(places: Path, tmp_path: Path
         ("plain.v2t", "scans.csv", KEY, "--hash-bssid: the model knows access points by their plain identifiers"),
         ("hashed.v2t", "scans.csv", KEY + b"!", "--hash-bssid: the model's data set was hashed with key"),
         ("hashed.v2t", "hashed", KEY, "small is hashed already"),
-        ("hashed.v2t", "plain", None, "small holds plain identifiers, but the model knows access points by their hash"),
+        ("hashed.v2t", "plain", None, "small contains plain identifiers, but the model's access points are hashed"),
         ("plain.v2t", "hashed", None, "small is hashed with key .* the model's access points are plain"),
     ],
 )
@@ -157,7 +157,7 @@ def test_scans_of_a_walk_help_each_other(places: Path, tmp_path: Path) -> None:
 
 def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = WalkPlan(SequenceMethod.FILTER)
-    with pytest.raises(UsageError, match="no scan tells its session and time_ns"):
+    with pytest.raises(UsageError, match="need the columns session and time_ns"):
         located(places / "plain.v2t", places / "scans.csv", walks=plan)
     monkeypatch.setattr(scan_file, "SCANS_AT_ONCE", 1)
     head = "scan_id,bssid,rssi_dbm,session,time_ns\n"

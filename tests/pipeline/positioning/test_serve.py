@@ -102,7 +102,7 @@ def test_who_sends_too_much_may_send_all_of_it_before_it_is_told(
 
 def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     answers = ServedAnswers(saved)
-    for path, text in (("/", "Where you are"), ("/page.js", '"use strict"'), ("/page.css", "svg")):
+    for path, text in (("/", "Current position"), ("/page.js", '"use strict"'), ("/page.css", "svg")):
         answer = asked(answers, "GET", path)
         assert answer.status_code == 200
         assert text in answer.text
@@ -152,7 +152,7 @@ def test_a_page_tells_how_programs_ask(saved: SavedModel) -> None:
     assert "POST /locate Locate scans; takes LocateRequest; 200: LocateAnswer; 400: Refusal" in text
     assert f"curl -H 'Content-Type: application/json' {host}/locate" in text
     assert f"array of Scan, at least 1, at most {MOST_SCANS}" in text
-    assert "GET /model.v2t The model's file, which an app embeds; 200: application/octet-stream" in text
+    assert "GET /model.v2t The model's file for use in apps; 200: application/octet-stream" in text
 
 
 def test_the_model_s_file_is_served(saved: SavedModel, tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def test_labels_of_a_version_with_other_settings_are_refused(clean_run: Path, ne
     run = json.loads((old / "run.json").read_bytes())
     run["settings"] = {"strategy": "local", "visits": {"radius_m": 1.0}}
     (old / "run.json").write_text(json.dumps(run))
-    with pytest.raises(DatasetError, match="made by another version, with other settings; run `vislam2tag process`"):
+    with pytest.raises(DatasetError, match="from another version, with other settings; run `vislam2tag process`"):
         rebase(old, tmp_path / "new", CHANGES, new_survey)
     assert not (tmp_path / "new").exists()
 

@@ -170,7 +170,7 @@ def test_zip64_s_word_for_a_far_entry_is_not_believed(tmp_path: Path) -> None:
     directory = bytes(entry) + struct.pack("<HHQ", 1, 8, 2**63 - 1) + data[at + 46 + name : end]
     tail = bytearray(data[end:])
     struct.pack_into("<L", tail, 12, len(directory))
-    with pytest.raises(RefusedZipError, match="not whole"):
+    with pytest.raises(RefusedZipError, match="incomplete"):
         unpacked(tmp_path, data[:at] + directory + bytes(tail))
 
 
@@ -178,7 +178,7 @@ def test_zip64_s_word_for_a_far_entry_is_not_believed(tmp_path: Path) -> None:
     ("changes", "told"),
     [
         ({"end": None}, "still being recorded"),
-        ({"session": "2022-01-01T000000"}, "is of session"),
+        ({"session": "2022-01-01T000000"}, "belongs to session"),
         ({"version": 2}, "update"),
         ({"floor": "ground"}, "floor"),
         ({"device": "../LG"}, "device"),
@@ -293,9 +293,9 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
 
 def test_wrong_places_are_told(survey: Path, tmp_path: Path) -> None:
     path = shared_zip("ios_logger", tmp_path)
-    assert "is no name of a folder" in the_error(vislam2tag("receive", survey, path, "--device", "../x"))
+    assert "not a valid name for a device" in the_error(vislam2tag("receive", survey, path, "--device", "../x"))
     for device in ("CON", "nul.phone", "mine.", "mine ", "tachymeter"):
-        assert "is no name of a folder" in the_error(vislam2tag("receive", survey, path, "--device", device))
+        assert "not a valid name for a device" in the_error(vislam2tag("receive", survey, path, "--device", device))
     done = vislam2tag("receive", survey, path, "--floor", "-1", "--device", "mine", "--json")
     assert json.loads(done.stdout)["filed"][0]["path"] == "floor_-1/mine/walk-1"
 
