@@ -174,7 +174,7 @@ def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Pa
 def test_a_place_that_cannot_be_written_is_2(survey: Path, tmp_path: Path) -> None:
     (tmp_path / "locked").mkdir(mode=0o500)
     done = vislam2tag("process", survey, "--out", tmp_path / "locked" / "out")
-    assert "cannot be the output folder (Permission denied); choose another --out" in the_error(done)
+    assert "cannot be used as the output folder (Permission denied); choose another --out" in the_error(done)
 
 
 def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) -> None:

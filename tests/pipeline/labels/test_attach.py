@@ -79,7 +79,7 @@ def test_wifi_of_a_second_phone_is_labelled_as_if_of_the_first(
     assert done.returncode == 0, done.stderr
     made = json.loads(done.stdout)
     tie = made["tie"]
-    assert tie["by"] == "common turn rates"
+    assert tie["by"] == "the turns that both felt"
     assert made["inside"]["wifi"] > 0.9 * made["rows"]["wifi"]
     offset_error_s = (tie["offset_ns"] - int(clock.of(np.array([tie["at_ns"]]))[0]) + tie["at_ns"]) * 1e-9
     assert abs(offset_error_s) < 0.02
@@ -161,7 +161,7 @@ def test_a_recording_of_another_walk_is_refused_with_its_figures(
         tmp_path / "other.csv"
     )
     said = the_error(vislam2tag("attach", folder_of(without_wifi), tmp_path / "other.csv"))
-    assert "common turn rates: correlation 0." in said
+    assert "the turns that both felt: correlation 0." in said
     assert not (folder_of(without_wifi) / "companions").exists()
 
 
@@ -172,8 +172,8 @@ def test_what_is_wrong_is_named(without_wifi: Path, zipped: Path, tmp_path: Path
     for arguments, message in (
         ((walk, tmp_path / "gone.zip"), "no such file or folder"),
         ((walk, tmp_path / "empty"), "holds no recording of an app that is known"),
-        ((walk, tmp_path / "co2.csv"), "nothing in it can be compared"),
-        ((tmp_path / "empty", zipped), "is no session's folder"),
+        ((walk, tmp_path / "co2.csv"), "the recording has nothing to compare"),
+        ((tmp_path / "empty", zipped), "not a session folder"),
         ((walk, zipped, "--by", "stars"), "there are motion, levels, taps"),
         ((walk, zipped, "--lever-arm-m", "99"), "0 to 10 m apart"),
     ):
@@ -204,7 +204,7 @@ def offset_error_s(found: ClockAlignment, clock: OtherClock) -> float:
 def test_a_walk_of_poses_alone_is_tied_to_its_poses(walked: Session, zipped: Path, clock: OtherClock) -> None:
     none = {name: table.clear() for name, table in walked.tables.items()}
     possible = possible_alignments(replace(walked, tables=none), read_recording(zipped))
-    assert list(possible) == ["common turn rates"]
+    assert list(possible) == ["the turns that both felt"]
     _, found, _ = first_clear(possible)
     assert found is not None
     lag_s = walked.camera.pose_lag_s or 0.0
@@ -214,7 +214,7 @@ def test_a_walk_of_poses_alone_is_tied_to_its_poses(walked: Session, zipped: Pat
 def test_without_motion_levels_tell_the_offset_or_taps_do(walked: Session, zipped: Path, clock: OtherClock) -> None:
     other = read_recording(zipped)
     by_levels = possible_alignments(walked, other, "levels")
-    assert list(by_levels) == ["common access points"]
+    assert list(by_levels) == ["access points that both heard"]
     _, found, _ = first_clear(by_levels)
     assert found is not None
     assert abs(offset_error_s(found, clock)) < max(0.5, 3 * found.sigma_s)

@@ -141,7 +141,7 @@ def test_without_enough_surveyed_landmarks_nothing_is_placed_and_the_cause_is_to
     place = rewritten(survey, tmp_path / "s", lambda row: row if row[0] == "5" else [row[0], "", ""])
     result = landmark_survey(survey_landmarks(place))
     assert not any(session.used for session in result.sessions)
-    assert all("nothing ties it to the survey" in session.note for session in result.sessions)
+    assert all("not related to the survey" in session.note for session in result.sessions)
     others = [row for row in result.landmarks if not row.surveyed]
     assert {(row.x_m, row.sigma_m) for row in others} == {(None, None)}
     reasons = {"no walk observed it", "observed only by walks that are not related to the survey"}
