@@ -76,8 +76,8 @@ def export_fleet(
 
     ``settings`` returns those of a survey's folder. ``progress`` is called for each survey with labels, ``tell`` with
     files that are skipped because links lead outside the survey, unless ``follow_links`` is given. Raises UsageError
-    if there is no fleet or no such survey, SurveyError if a survey with labels can no longer be opened, StoreError if
-    a store cannot be read, OutputError if the folder contains anything else or cannot be written.
+    if there is no fleet or no such survey. Raises SurveyError if a survey with labels can no longer be opened,
+    StoreError if a store cannot be read, OutputError if the folder contains anything else or cannot be written.
     """
     catalogue = chosen(Fleet(fleet), only)
     rows = [_row(each) for each in catalogue]

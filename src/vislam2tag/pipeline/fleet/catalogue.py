@@ -1,15 +1,14 @@
 """Layout and catalogue of a fleet.
 
-fleet.json                                             which snapshot of the catalogue counts; totals
-catalogue/NUMBER-RANDOM.parquet                        a snapshot: one row for each survey
-surveys/SURVEY/                                        raw survey
-labels/SURVEY/                                         its output of process
-tables/TABLE/survey=SURVEY/floor=FLOOR/TABLE.parquet   tables of all surveys (tables.py)
-report/                                                pages: index.html, SURVEY/index.html, SURVEY/SESSION.html
-reduced/SURVEY.json                                    what its summary, tables and pages follow from; gone while they
-                                                       are made
-sources/SURVEY.json                                    where its raw survey came from, and its files' SHA-256
-replaced/SURVEY/FILE/SHA256                            former versions of raw files
+- ``fleet.json``: current snapshot of the catalogue, and totals
+- ``catalogue/NUMBER-RANDOM.parquet``: a snapshot with one row for each survey
+- ``surveys/SURVEY/``: raw survey
+- ``labels/SURVEY/``: its output of ``process``
+- ``tables/TABLE/survey=SURVEY/floor=FLOOR/TABLE.parquet``: tables of all surveys
+- ``report/``: pages (``index.html``, ``SURVEY/index.html``, ``SURVEY/SESSION.html``)
+- ``reduced/SURVEY.json``: key of its summary, tables and pages; removed while they are written
+- ``sources/SURVEY.json``: origin of its raw survey, and SHA-256 of its files
+- ``replaced/SURVEY/FILE/SHA256``: former versions of raw files
 
 The catalogue is a set of plain Parquet files; ``fleet.json`` names the current one.
 

@@ -264,7 +264,7 @@ def check(
     links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their
     names. With ``out`` everything is written there as ``check.json`` and ``check.html``. ``landmarks``, ``selection``
     and ``jobs`` are as :class:`RunChoices` says. Raises SurveyError if ``survey_root`` is not a survey or ``landmarks``
-    not a landmark file for it, UsageError for a selection that matches nothing, OutputError if ``out`` cannot be
+    not a landmark file for it. Raises UsageError for a selection that matches nothing, OutputError if ``out`` cannot be
     written; a bad session is only counted in ``SurveyCheck.failed``.
     """
     opened, out = OpenedSurvey.at(survey_root, settings, **choices), path_or_none(out)

@@ -169,8 +169,8 @@ def label(
     times are found unless given (:class:`TableTimesRead`). The offset of the table's clock from the phone's boot
     clock is ``offset_s`` or, for Unix times, comes from the phone app's ``session.json`` in the raw ``survey``.
     Otherwise, for Unix times or if no row is within a walk, the clocks are aligned by common turn rates or
-    accelerations (columns such as ``gyro_x``, ``acc_x``), or by common access points (``bssid`` and a level). ``align``
-    (``motion``, ``levels``) requires one of these. ``session``, a part of its slug, chooses a walk if several phones
+    accelerations (columns such as ``gyro_x``, ``acc_x``), or by common access points. ``align`` (``motion``,
+    ``levels``) requires one of these. ``session``, a part of its slug, chooses a walk if several phones
     walked at the same time.
 
     Raises UsageError, with figures, if the result is not clear, DatasetError if the folder does not contain labels.

@@ -63,8 +63,8 @@ def process(
     followed, but files from outside the survey are shown on pages only with ``follow_links``. A bad session is only
     counted in ``Summary.failed``.
 
-    Raises SurveyError if ``survey_root`` is not a survey or ``landmarks`` not a landmark file for it, UsageError for a
-    selection that matches nothing, OutputError if ``out`` cannot be written or is not ours, StoreError if a store
+    Raises SurveyError if ``survey_root`` is not a survey or ``landmarks`` not a landmark file for it. Raises UsageError
+    for a selection that matches nothing, OutputError if ``out`` cannot be written or is not ours, StoreError if a store
     cannot be read or written.
     """
     settings = settings or ProcessSettings()

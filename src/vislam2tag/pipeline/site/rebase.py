@@ -280,7 +280,8 @@ def rebase_dataset(
     Tables, floors, plans, page, statistics and card are in the new frame; splits do not change. ``replace`` allows
     ``out`` to contain a data set of another command, ``follow_links`` includes files that links lead to outside their
     folder. Raises DatasetError if ``source`` is not a data set, SurveyError if a floor has no change or is missing in
-    the new site, UsageError if there are several buildings and none is named, OutputError if ``out`` cannot be written.
+    the new site, and UsageError if there are several buildings and none is named. Raises
+    OutputError if ``out`` cannot be written.
     """
     dataset = open_dataset_to_share(source, follow_links=follow_links)
     site, _ = read_site(new_site, follow_links=follow_links)

@@ -58,9 +58,11 @@ class FiledSession:
 def file_zip(survey: Path, path: Path, max_bytes: int, place: AppPlace | None = None) -> FiledSession:
     """Check a session's zip and move the session into the survey; ``place`` is that of other apps' recordings.
 
-    Sending the same session again only restores missing files. Raises RefusedZipError for a zip that
-    is neither a whole session (see :func:`.unpack`) nor another app's recording, or if
-    another session has its place; OSError if the survey cannot be written, or a link leads out of it.
+    Sending the same session again only restores missing files.
+
+    Raises RefusedZipError for a zip that is neither a complete session (see :func:`.unpack`) nor another app's
+    recording, or if another session has its place. Raises OSError if the survey cannot be written, or a link leads out
+    of it.
     """
     root = Folder.at(survey)
     with scratch_folder(root.folder(WORK_FOLDER)) as work:
