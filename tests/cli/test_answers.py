@@ -163,5 +163,5 @@ def test_a_site_without_plans_says_what_could_not_be_judged(tmp_path: Path, surv
     )
     (tmp_path / "site" / "floor_1").mkdir(parents=True)
     bare = vislam2tag("site", "show", tmp_path / "site")
-    assert "whether landmarks are on it could not be judged" in bare.stdout
+    assert "positions of its landmarks could not be checked" in bare.stdout
     assert "vislam2tag plan" not in bare.stdout.splitlines()[-1]

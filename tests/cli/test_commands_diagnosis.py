@@ -148,7 +148,7 @@ def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path) -
     bare = rewritten(survey, tmp_path / "survey", lambda row: row if row[0] == "5" else [row[0], "", ""])
     done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv", "--jobs", "1")
     assert done.returncode == 1
-    assert done.stdout.count("nothing ties it to the survey") == 6
+    assert done.stdout.count("not related to the survey") == 6
     assert "12 landmarks: 1 surveyed, 0 estimated, 11 without a position; 0 of 6 sessions used" in done.stdout
 
 
@@ -158,7 +158,10 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(survey: Path, tmp_pa
     for arguments, message in (
         ((survey, "--out", own), "this path is among the survey's own files; choose another name"),
         ((survey, "--out", tmp_path / "c.csv", "--report", own), "this path is among the survey's own files"),
-        ((survey, "--out", tmp_path / "c.csv", "--report", tmp_path / "c.csv"), "one file cannot hold both"),
+        (
+            (survey, "--out", tmp_path / "c.csv", "--report", tmp_path / "c.csv"),
+            "landmarks and report need two different files",
+        ),
         ((tmp_path / "gone", "--out", tmp_path / "c.csv"), "no such folder; expected a survey folder"),
         ((survey, "--out", tmp_path / "gone" / "c.csv"), "c.csv: cannot be written (its folder does not exist)"),
         ((survey, "--out", tmp_path / "c.csv", "--floor", "7"), "--floor 7: the survey has no session of it"),

@@ -202,4 +202,4 @@ def in_process(*arguments: str | Path) -> None:
 
 
 def test_errors_end_the_process_with_2_and_one_line(site: Path) -> None:
-    assert the_error(vislam2tag("register", site, "--floor", "1")).startswith("error: nothing to register")
+    assert the_error(vislam2tag("register", site, "--floor", "1")).startswith("error: there are no measurements")

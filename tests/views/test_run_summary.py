@@ -157,13 +157,13 @@ def test_walks_that_were_mapped_each_alone_may_tell_one_another_where_they_were(
         return found
 
     several = summary.model_copy(update={"sessions": 3})
-    assert todo(several).startswith(f"{TOGETHER}; or add a landmark nearby")
+    assert todo(several).startswith(f"{TOGETHER}, or add a landmark nearby")
     joined = several.model_copy(update={"findings": {**several.findings, "told_by_others": 1}})
     for other in (summary, joined, several.model_copy(update={"strategy": "local"})):
         assert todo(other).startswith("add a landmark nearby")
     unmapped = several.model_copy(update={"frame_seconds": {"ok": 50.0, "no_mapping": 60.0}})
     [advice] = [one.todo for one in problems(unmapped, ()) if "without a position" in one.what]
-    assert advice == f"{TOGETHER}; or pass at least two landmarks on each walk"
+    assert advice == f"{TOGETHER}, or pass at least two landmarks on each walk"
 
 
 def test_joining_helps_where_much_is_unsure(summary: Summary) -> None:

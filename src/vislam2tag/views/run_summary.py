@@ -216,7 +216,7 @@ ADVICE: Mapping[str, str] = MappingProxyType(
 _ELSE = "see the session's details"
 MUCH = 0.1
 """Suggest joint processing from this share of uncertain frames."""
-TOGETHER = "process the walks jointly: process --together"
+TOGETHER = "process the walks jointly (process --together)"
 
 
 @dataclass(frozen=True)
@@ -294,12 +294,12 @@ def _lost(summary: Summary) -> Iterator[Problem]:
         what = f"{duration(time.seconds)} ({percent(time.share)} of the time) without a position: {time.style.name}"
         todo = ADVICE.get(time.style.label, _ELSE)
         unmapped = time.style.label == Status.NO_MAPPING.label and may_join(summary)
-        yield Problem(what, f"{TOGETHER}; or {todo}" if unmapped else todo, "details")
+        yield Problem(what, f"{TOGETHER}, or {todo}" if unmapped else todo, "details")
     if summary.sigma is not None and summary.sigma.uncertain_share > 0:
         share = percent(summary.sigma.uncertain_share)
         what = f"{share} of the positions are uncertain (wide band on the map)"
-        more = "add a landmark nearby; vislam2tag check shows where it helps most"
-        yield Problem(what, f"{TOGETHER}; or {more}" if may_join(summary) else more, "uncertainty")
+        more = "add a landmark nearby (vislam2tag check shows where it helps most)"
+        yield Problem(what, f"{TOGETHER}, or {more}" if may_join(summary) else more, "uncertainty")
 
 
 def may_join(summary: Summary) -> bool:

@@ -243,9 +243,9 @@ def test_what_cannot_be_asked_for(
 def test_what_is_no_source(survey: Path, sources: dict[str, Path], tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="no such folder"):
         export(tmp_path / "nothing", tmp_path / "out", "uji")
-    with pytest.raises(DatasetError, match="neither a data set nor an output folder"):
+    with pytest.raises(DatasetError, match="expected a data set or an output folder"):
         export(survey, tmp_path / "out", "uji")
-    with pytest.raises(UsageError, match="is no output folder"):
+    with pytest.raises(UsageError, match="is not an output folder"):
         export(survey, tmp_path / "out", "tum")
     with pytest.raises(OutputError, match="is not empty and was not made by this command"):
         export(sources[SMALL], sources[SIMULATED], "uji")

@@ -105,4 +105,4 @@ def test_where_no_fleet_is_it_is_told_how_to_begin_one(command: str, tmp_path: P
 
 def test_an_unknown_survey_is_told(fleet: SmallFleet) -> None:
     done = vislam2tag("fleet", "process", fleet.address, "--survey", "wrad")
-    assert the_error(done).startswith(f"error: wrad: no survey of {fleet.address}")
+    assert the_error(done).startswith(f"error: wrad: {fleet.address} has no such survey")

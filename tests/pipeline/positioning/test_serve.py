@@ -121,7 +121,7 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
         ("west", None),
     ]
     assert asked(answers, "GET", "/plans/0").status_code == 404
-    assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("there is no such address")
+    assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("this address or method does not exist")
 
 
 def test_a_page_tells_how_programs_ask(saved: SavedModel) -> None:

@@ -273,7 +273,7 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
         return str(caught.value)
 
     walk = shared_zip("ios_logger", tmp_path).read_bytes()
-    assert "nor a recording of another app" in refused(packed({"notes.txt": b"hello"}))
+    assert "nor a recording of another known app" in refused(packed({"notes.txt": b"hello"}))
     assert "unpacks to more than" in refused(packed({"ARposes.txt": b"0" * 100_000}), most=10_000)
     buffer = io.BytesIO(walk)
     with zipfile.ZipFile(buffer, "a") as archive:
@@ -285,10 +285,10 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
     file_zip(survey, tmp_path / "walk-1.zip", PLENTY_FOR_APPS)
     (survey / "floor_2" / "iPhone" / "walk-1" / "ARposes.txt").write_text("other")
     (tmp_path / "walk-1.zip").write_bytes(walk)
-    with pytest.raises(RefusedZipError, match="another session is at floor_2/iPhone/walk-1"):
+    with pytest.raises(RefusedZipError, match="floor_2/iPhone/walk-1 already contains another session"):
         file_zip(survey, tmp_path / "walk-1.zip", PLENTY_FOR_APPS)
     (survey / "floor_1").mkdir()
-    assert "give it by --floor" in refused(walk)
+    assert "restart receive with --floor" in refused(walk)
 
 
 def test_wrong_places_are_told(survey: Path, tmp_path: Path) -> None:
@@ -307,7 +307,7 @@ def test_names_that_some_system_does_not_take_are_refused(name: str, survey: Pat
     path = shared_zip("ios_logger", tmp_path)
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(name, "x")
-    with pytest.raises(RefusedZipError, match="some systems do not take"):
+    with pytest.raises(RefusedZipError, match="not a valid name on some systems"):
         file_zip(survey, path, PLENTY_FOR_APPS)
 
 
