@@ -68,7 +68,7 @@ def test_another_survey_of_the_same_name_is_refused(fleet: Path, ward: Path, oth
     before = tree_of(fleet, tmp_path / "before")
     error = the_error(vislam2tag("fleet", "add", fleet, other_ward))
     assert f"{other_ward}: " in error
-    assert f"of the survey ward in the fleet, which was added from {ward};" in error
+    assert f"of the survey ward in the fleet, which was added from {ward}." in error
     assert "If it is another survey, use --name NAME" in error
     assert tree_of(fleet, tmp_path / "after") == before
     done = vislam2tag("fleet", "add", fleet, other_ward, "--name", "ward-south", "--json")

@@ -175,7 +175,7 @@ def test_what_is_wrong_is_named(without_wifi: Path, zipped: Path, tmp_path: Path
         ((walk, tmp_path / "co2.csv"), "the recording has nothing to compare"),
         ((tmp_path / "empty", zipped), "not a session folder"),
         ((walk, zipped, "--by", "stars"), "unknown method; choose one of motion, levels, taps"),
-        ((walk, zipped, "--lever-arm-m", "99"), "0 to 10 m apart"),
+        ((walk, zipped, "--lever-arm-m", "99"), "expected 0 to 10 m between"),
     ):
         assert message in the_error(vislam2tag("attach", *arguments))
 

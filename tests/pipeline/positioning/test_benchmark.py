@@ -162,7 +162,7 @@ def test_where_all_fail_there_is_a_page_without_figures(dataset: Dataset, tmp_pa
 def test_a_folder_that_is_not_ours_is_refused(dataset: Dataset, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("keep")
-    with pytest.raises(OutputError, match="was not made by vislam2tag benchmark"):
+    with pytest.raises(OutputError, match="vislam2tag benchmark did not create it"):
         benchmark(dataset, tmp_path / "out", plan_of("test-loudest"))
 
 

@@ -112,7 +112,7 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     names = described["components"]["schemas"]
     assert {"LocateRequest", "LocateAnswer", "ServedModel", "Refusal", "Scan", "Position"} <= names.keys()
     assert names["LocateRequest"]["properties"]["scans"]["maxItems"] == MOST_SCANS
-    assert names["Scan"]["properties"]["readings"]["description"].startswith("Level in dBm")
+    assert names["Scan"]["properties"]["readings"]["description"].startswith("Signal strength (dBm)")
     model = asked(answers, "GET", "/model").json()
     assert (model["dataset"], model["access_points"]) == ("world", len(SCANS.access_points))
     assert [(one["building"], one["plan"]) for one in model["floors"]] == [
