@@ -78,7 +78,7 @@ def test_a_file_of_settings_is_resolved_beside_the_labels(survey: Path, tmp_path
     file.write_text("[labels]\nmax_sigma = 0.3\n")
     assert the_error(vislam2tag(*arguments)) == (
         f"error: --config {file}: labels.max_sigma: no such setting; the closest name is labels.max_sigma_m "
-        "(docs/reference/settings.md lists all)"
+        "(`vislam2tag docs reference/settings` lists all)"
     )
 
 

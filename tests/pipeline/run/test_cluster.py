@@ -29,8 +29,8 @@ def described(tmp_path: Path, text: str) -> Path:
         ('kind = ["slurm"]', "kind: Input should be 'local', 'ssh' or 'slurm'"),
         (
             'kind = "kubernetes"\nworkers = 3',
-            "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey "
-            "(docs/how-to/many-surveys.md)",
+            "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey, see "
+            "`vislam2tag docs how-to/many-surveys`",
         ),
         ('kind = "local"\nworkers = 0', "workers: Input should be greater than or equal to 1"),
         ('kind = "local"\nworker = 2', "worker: "),

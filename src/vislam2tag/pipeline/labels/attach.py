@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import DatasetError, OutputError, SessionError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath
@@ -159,6 +160,6 @@ def _nothing_tells(other: Path, refused: list[str], by: str | None, findings: Se
     what = "" if by is None else f" by {by}"
     return (
         f"{other}: the recording has nothing to compare{what} with the walk. Both need a gyroscope or accelerometer, "
-        f"common access points, or taps; see the folder {FOLDER} in docs/how-to/iphone.md"
+        f"common access points, or taps; see the folder {FOLDER} in {page_of('how-to/iphone')}"
         + "".join(f". {each.kind} {each.count}: {each.message}" for each in findings)
     )

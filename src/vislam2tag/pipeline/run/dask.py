@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import OutputError, UsageError, first_line, import_extra
 from vislam2tag.common.files.given_files import read_toml_values
 from vislam2tag.common.garbage import keep_freed_memory
@@ -37,10 +38,7 @@ _THREADS = 2
 """Threads of a worker with one core: one maps a session while the other fetches the next or writes the previous one."""
 _CONNECT_S = 30
 _PACKAGES = {"ssh": "asyncssh", "slurm": "dask-jobqueue"}
-_REMOVED = {
-    "kubernetes": "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey "
-    "(docs/how-to/many-surveys.md)"
-}
+_REMOVED = {"kubernetes": "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey"}
 """Replacements of cluster kinds of earlier versions."""
 
 
@@ -60,13 +58,13 @@ def read_cluster(file: Path) -> ClusterSettings:
     try:
         values = read_toml_values(file)
         if str(values.get("kind")) in _REMOVED:
-            raise UsageError(f"{file}: {_REMOVED[str(values['kind'])]}")
+            raise UsageError(f"{file}: {_REMOVED[str(values['kind'])]}, see {page_of('how-to/many-surveys')}")
         return ClusterSettings.model_validate(values)
     except (OSError, ValueError) as error:
         if isinstance(error, ValidationError):
             first = error.errors()[0]
             where = ".".join(map(str, first["loc"]))
-            raise UsageError(f"{file}: {where}: {first['msg']}; see docs/how-to/many-surveys.md") from error
+            raise UsageError(f"{file}: {where}: {first['msg']}; see {page_of('how-to/many-surveys')}") from error
         raise UsageError(f"{file}: the cluster file cannot be read: {first_line(error)}") from error
 
 

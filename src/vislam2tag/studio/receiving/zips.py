@@ -14,6 +14,7 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError, first_line
 from vislam2tag.common.files.archives import BoundedFile, folder_of, names_in
 from vislam2tag.common.files.folder import Folder
@@ -249,7 +250,7 @@ def unpack_app(path: Path, folder: Folder, max_bytes: int) -> AppRecording:
     if found is None or found == UNKNOWN_FORMAT:
         raise RefusedZipError(
             "the zip is neither a session of the vislam2tag app nor a recording of another known app "
-            "(docs/how-to/iphone.md lists them)"
+            f"({page_of('how-to/iphone')} lists them)"
         )
     name = portable_name(_UNSAFE.sub("-", path.stem if inner == unpacked else inner.name))
     return AppRecording(found, inner, name or found)
