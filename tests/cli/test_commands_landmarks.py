@@ -34,6 +34,21 @@ def test_a_plan_is_written_and_told(site: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn_figures")
+def test_a_second_plan_needs_no_landmark_and_sheets_warn_of_other_paper(site: Path, tmp_path: Path) -> None:
+    copied = tmp_path / "site"
+    shutil.copytree(site, copied)
+    plan = ("plan", copied, "--further", "0", "--write", "--out", tmp_path / "plan")
+    assert "the new landmarks were added" in vislam2tag(*plan).stdout
+    done = vislam2tag(*plan, "--paper", "A3")
+    assert "no new landmark is needed: 6 are in the site already; to plan without them, pass --anew" in done.stdout
+    assert f"next: vislam2tag sheets {copied} --out sheets" in done.stdout
+    assert "were added" not in done.stdout
+    done = vislam2tag("sheets", copied, "--paper", "A3", "--ids", "1-2", "--out", tmp_path / "sheets")
+    assert "warning: --paper A3 was not used for 2 landmarks, whose paper is A4 in the landmark table" in done.stdout
+    assert f"then: vislam2tag register {copied} --click clicks.html" in done.stdout
+
+
+@pytest.mark.usefixtures("undrawn_figures")
 def test_a_file_says_where_walls_are_and_what_is_demanded(site: Path, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text("[walkable]\ncell_m = 0.2\n[plan]\nspacing_m = 10\nfurther = 0\n")
     words = ("--out", tmp_path / "plan", "--config", tmp_path / "own.toml", "--spacing-m", "12", "--json")

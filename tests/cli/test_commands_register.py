@@ -165,6 +165,14 @@ def test_tape_and_clicks(site: Path, tmp_path: Path) -> None:
     assert sigma[landmarks.index["22"]] == pytest.approx(0.141, abs=0.003)
 
 
+def test_a_tape_without_targets_names_the_option(site: Path, tmp_path: Path) -> None:
+    (tmp_path / "tape.csv").write_text("20;west;3,00\n20;south;5,00\n")
+    done = vislam2tag("register", site, "--floor", "1", "--tape", tmp_path / "tape.csv")
+    assert done.returncode == 1
+    assert "pass their positions with --targets FILE" in done.stdout
+    assert "next: correct the problems above" in done.stdout
+
+
 def test_the_page_is_written(site: Path, tmp_path: Path) -> None:
     done = vislam2tag("register", site, "--floor", "1", "--click", tmp_path / "click.html")
     assert done.returncode == 0

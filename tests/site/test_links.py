@@ -115,6 +115,20 @@ def test_site_files_from_outside_are_read_but_not_shared(tmp_path: Path) -> None
     assert followed.landmarks.ids == whole.landmarks.ids
 
 
+@pytest.mark.parametrize("below", ["", "../"])
+def test_plans_from_outside_are_found_whatever_path_leads_to_the_survey(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, below: str
+) -> None:
+    root = write_survey(tmp_path / "survey")
+    (root / "floor_4" / "floorplan.png").rename(tmp_path / "plan.png")
+    (root / "floor_4" / "floorplan.png").symlink_to(tmp_path / "plan.png")
+    monkeypatch.chdir(root if below else tmp_path)
+    site, findings = read_site(Path(f"{below}survey"))
+    assert [floor.plan is None for floor in site.floors] == [False, True]
+    (left_out,) = [finding.message for finding in findings if finding.kind == "from_outside"]
+    assert "outside the survey: floor_4/floorplan.png;" in left_out
+
+
 def test_names_within_a_linked_folder_stay_private(tmp_path: Path) -> None:
     survey = write_survey(tmp_path / "survey")
     (tmp_path / "home" / "letters").mkdir(parents=True)

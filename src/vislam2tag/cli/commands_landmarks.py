@@ -116,14 +116,18 @@ def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> Non
             say(f"floor {floor.floor}: {note}")
     for finding in result.findings:
         say(f"{finding.severity}: {finding.file}: {finding.message}")
-    if given.write:
+    new, fixed = (sum(map(len, each)) for each in zip(*((f.landmarks, f.fixed) for f in result.floors), strict=True))
+    if not new and not unmet:
+        say(f"no new landmark is needed: {fixed} are in the site already; to plan without them, pass --anew")
+    elif given.write and new:
         say(
             "the new landmarks were added to the site's marker_dict.csv files as planned; mapping uses them after you "
             "measure them (vislam2tag register), or with --use-planned"
         )
     page = given.out / PAGE_FILE
     say(f"page: {page}")
-    next_step("plan, unmet" if unmet else "plan", page=page, landmarks=given.out / LANDMARKS_FILE)
+    after = "plan, unmet" if unmet else "plan" if new else "plan, none new"
+    next_step(after, page=page, landmarks=given.out / LANDMARKS_FILE, site=given.site)
 
 
 def _print_floors(result: api.PlanSummary) -> None:
@@ -189,20 +193,35 @@ def sheets_command(given: SheetsOptions) -> None:
     wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"no sheet was written to {given.out}"), session_bar("images and pages") as bar:
         found = api.sheets(wanted, given.out, bar.count)
-    answer(found, given.json, lambda: _print_sheets(found, given.out))
+    answer(found, given.json, lambda: _print_sheets(found, given))
 
 
-def _print_sheets(found: api.SheetsRecord, out: Path) -> None:
+def _print_sheets(found: api.SheetsRecord, given: SheetsOptions) -> None:
     from vislam2tag.preparation.sheets.features import ENOUGH_INLIERS
     from vislam2tag.preparation.sheets.sheet_folder import IMAGE_FOLDER, PDF_FILE, RECORD_FILE
 
+    out = given.out
     _print_sizes(found)
     say(f"an image counts as recognised with {ENOUGH_INLIERS} matching features; details: {out / RECORD_FILE}")
     for finding in found.findings:
         where = f"{finding.file}: " if finding.file else ""
         say(f"{finding.severity}: {where}{finding.message}")
+    _warn_of_other_paper(found, given.paper)
     say(f"for the phone: {out / IMAGE_FOLDER}")
-    next_step("sheets", pdf=out / PDF_FILE)
+    site = given.site if given.site is not None and given.site.is_dir() else "SITE"
+    next_step("sheets", pdf=out / PDF_FILE, site=site)
+
+
+def _warn_of_other_paper(found: api.SheetsRecord, paper: str | None) -> None:
+    """Warn if the landmark table names another paper than the option, which is for landmarks without one."""
+    from vislam2tag.preparation.sheets.settings import sheet_size
+
+    if paper is None:
+        return
+    for other, count in Counter(page.sheet for page in found.pages).items():
+        if other != sheet_size(paper).name:
+            ones = f"{count} landmark, whose paper is" if count == 1 else f"{count} landmarks, whose paper is"
+            say(f"warning: --paper {paper} was not used for {ones} {other} in the landmark table")
 
 
 def _print_sizes(found: api.SheetsRecord) -> None:

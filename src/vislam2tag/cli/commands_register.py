@@ -162,6 +162,10 @@ def _print(found: api.Registration, given: RegisterOptions, shot_sigma_m: float,
 
 def _print_next(found: api.Registration, given: RegisterOptions) -> None:
     after = "register" if given.write else "register, not written"
+    if not found.landmarks and not found.control_points:
+        after = "register, nothing"
+        if given.tape is not None and given.targets is None:
+            say("no corner or wall is known: pass their positions with --targets FILE (name,x,y or name,x,y,x2,y2)")
     if found.has_other_names:
         after = "register, other names"
         if given.write:

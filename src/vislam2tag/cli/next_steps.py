@@ -21,14 +21,16 @@ STEPS: Mapping[str, str] = {
     "site rebase, landmarks": "vislam2tag process survey --out labels --landmarks {out}",
     "site walkable": "vislam2tag plan {site} --out plan --write",
     "plan": "vislam2tag sheets {landmarks} --out sheets",
+    "plan, none new": "vislam2tag sheets {site} --out sheets",
     "plan, unmet": "open {page}, add what is missing to the site, then run plan again",
-    "sheets": "print {pdf} at 100 %, hang the sheets, then: vislam2tag register SITE --click clicks.html",
+    "sheets": "print {pdf} at 100 %, hang the sheets, then: vislam2tag register {site} --click clicks.html",
     "register": "vislam2tag receive {site}",
     "register, click": "open {page}, click the landmarks, save, then: vislam2tag register {site} --floor {floor} "
     "--clicks clicks_floor_{floor}.csv --write",
     "register, other names": "name the points like ids of the table (--landmark-names 'PREFIX*', or in the file "
     "of the station), then run the same command again",
     "register, not written": "run the same command with --write to save the positions in the site",
+    "register, nothing": "correct the problems above, then run the same command again",
     "receive": "vislam2tag inspect {survey}",
     "inspect": "vislam2tag run {survey} --out out",
     "inspect, excluded": "remove the exclusions from {corrections}, then: vislam2tag inspect {survey}",

@@ -232,14 +232,14 @@ class _OutsideLinks:
 
     def __init__(self, root: Path) -> None:
         self._root = root
-        self._links: dict[str, str | None] = {}
+        self._links: dict[Path, str | None] = {}
 
     def lead_to(self, file: Path | str) -> bool:
-        """Whether a file, by its path or its name below the survey, comes from outside."""
-        name = str(file)
-        if name not in self._links:
-            self._links[name] = outside_link(self._root, self._root / name)
-        return self._links[name] is not None
+        """Whether a file comes from outside; a path includes the survey's folder, a name is relative to it."""
+        path = file if isinstance(file, Path) else self._root / file
+        if path not in self._links:
+            self._links[path] = outside_link(self._root, path)
+        return self._links[path] is not None
 
     @property
     def found(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ import pytest
 
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
+from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.run.claims import claim
 
@@ -125,6 +126,14 @@ def test_what_was_killed_before_it_wrote_goes_on_beside_files_of_the_user(tmp_pa
     with claim(tmp_path, {}):
         pass
     assert names(tmp_path) == {"run.json", "notes.txt"}
+
+
+def test_output_of_a_command_without_a_run_record_is_refused(tmp_path: Path) -> None:
+    with whole_folder(tmp_path / "plan", lambda _: True) as folder:
+        folder.write("landmarks.csv", "id,floor,x,y\n")
+    with pytest.raises(OutputError, match="is not empty and was not made by"), claim(tmp_path / "plan", {}):
+        pass
+    assert names(tmp_path / "plan") == {"landmarks.csv"}
 
 
 def test_a_file_of_the_users_with_the_name_of_a_page_stays(tmp_path: Path) -> None:

@@ -43,6 +43,21 @@ def test_bad_distances_are_counted(tmp_path: Path) -> None:
         read_distances(path, SETTINGS)
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("landmark,to,distance_m\n1,south,1230\n", r"tape\.csv: line 2: 1230 m is too long for a tape; expected dist"),
+        ("landmark,to,distance_m\n1,south,12,30\n", r"tape\.csv:2: 4 values under 3 columns; with decimal commas, sep"),
+        ("1,south,12,30\n1,west,4,5\n", r"tape\.csv: contains no distance"),
+    ],
+)
+def test_other_units_and_decimal_commas_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "tape.csv"
+    path.write_text(text)
+    with pytest.raises(SurveyError, match=message):
+        read_distances(path, SETTINGS)
+
+
 def test_points_and_walls(tmp_path: Path) -> None:
     path = tmp_path / "walls.csv"
     path.write_text("name,x,y,x2,y2,sigma_m\nc1,1,2,,,\nwest,0,0,0,8,0.01\n")

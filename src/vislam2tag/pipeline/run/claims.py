@@ -96,8 +96,9 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
         return False
     maker = written_by(root)
     if maker is None:
-        # A record without a run is from a command that was killed before writing or after removing everything else.
-        if OWN_FILES in there and not there & {RUN_FILE, MANIFEST} and OwnFiles.read(root) is not None:
+        # A record without a run and without its files is from a command that was killed before writing or after removing
+        # everything else.
+        if OWN_FILES in there and not there & {RUN_FILE, MANIFEST} and _owned(root) <= {LOCK, OWN_FILES}:
             return False
         raise OutputError(
             f"{root}: the folder is not empty and {program} did not create it (it has no {RUN_FILE} of that command); "
@@ -115,11 +116,14 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
     return of_another
 
 
+def _owned(root: Path) -> set[str]:
+    return owned_files(files_below(root), lambda name: OwnFiles.read((root / name).parent))
+
+
 def _empty(output: OutputFolder) -> None:
     """Remove the files in a folder's record except the record itself; the record of the run is removed last."""
     root = output.root
-    owned = owned_files(files_below(root), lambda name: OwnFiles.read((root / name).parent))
-    for name in sorted(owned - {OWN_FILES}, key=lambda name: (name in (RUN_FILE, MANIFEST), name)):
+    for name in sorted(_owned(root) - {OWN_FILES}, key=lambda name: (name in (RUN_FILE, MANIFEST), name)):
         output.remove(name)
         for folder in list(PurePosixPath(name).parents)[:-1]:
             Folder.at(root).folder(folder.as_posix()).remove_if_empty()
@@ -190,7 +194,9 @@ def _emptied(output: OutputFolder, store: Store, replace: bool) -> Stored | None
     if (begun := _run_of_ours(output, store)) is not None:
         return begun
     own, _ = output.own_version()
-    if RUN_FILE not in files and own is not None:  # it was killed before writing or after removing everything else
+    owned = set() if own is None else {name for name in files if own.owns(name)}
+    # It was killed before writing or after removing everything else.
+    if RUN_FILE not in files and own is not None and owned <= {OWN_FILES}:
         return None
     if own is None or not replace or any(name.startswith("floor_") for name in files):
         raise OutputError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,10 +14,12 @@ from vislam2tag.preparation.registration.point_file import TextTable, parsed, re
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.site.landmark_file import GREATEST_M
 from vislam2tag.site.model import landmark_id
-from vislam2tag.site.site_table import LineCounts
+from vislam2tag.site.site_table import Line, LineCounts
 
 LONGEST_M = 200.0
 """No tape, nor a laser held by hand indoors, is longer."""
+LARGEST_SIGMA_M = 1.0
+"""A larger one is the second half of a number with a decimal comma."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +57,32 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
     """
     table = read_text_table(path)
     counts = LineCounts(table.file)
-    rows = parsed(_rows(table, number_at=2), counts, partial(_distance, table, settings))
-    found = [distance for _, distance in rows]
+    rows = _rows(table, number_at=2)
+    if len(rows) < len(table.rows):
+        _refuse_longer_rows(table, rows, len(table.rows[0][1]))
+    found = [distance for _, distance in parsed(rows, counts, partial(_distance, table, settings))]
     if not found:
+        _refuse_too_long(path, table)
         raise SurveyError(f"{path}: contains no distance; expected rows landmark,to,distance_m[,sigma_m]")
     message = (
-        f"a row needs a landmark, the other end of the distance, and a distance up to {LONGEST_M:g} m; these rows are "
-        "skipped: correct them"
+        f"a row needs a landmark, the other end of the distance, a distance up to {LONGEST_M:g} m, and a sigma up to "
+        f"{LARGEST_SIGMA_M:g} m if it has one; these rows are skipped: correct them"
     )
     return found, [*table.findings, *counts.findings({"malformed_lines": message})]
+
+
+def _refuse_too_long(path: Path, table: TextTable) -> None:
+    """Raise SurveyError for the first distance that is too long, as all are in another unit."""
+    for line, fields in table.rows:
+        try:
+            distance = table.number(fields[2])
+        except (ValueError, IndexError):
+            continue
+        if distance > LONGEST_M:
+            raise SurveyError(
+                f"{path}: line {line}: {fields[2]} m is too long for a tape; expected distance_m in metres, at most "
+                f"{LONGEST_M:g}"
+            )
 
 
 def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, Target], list[Finding]]:
@@ -90,8 +110,18 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
     return found, [*table.findings, *counts.findings(messages)]
 
 
+def _refuse_longer_rows(table: TextTable, rows: Iterable[Line], columns: int) -> None:
+    """Raise SurveyError for a row with more values than columns: a decimal comma separates them."""
+    for line, fields in rows:
+        if len(fields) > columns and table.separator == ",":
+            raise SurveyError(
+                f"{table.place(line)}: {len(fields)} values under {columns} columns; with decimal commas, separate "
+                "the columns by ;"
+            )
+
+
 def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]], ...]:
-    """All rows but a header: a first row without a number where there should be one."""
+    """All rows but a header: a first row without a number at its place."""
     first = table.rows[0][1]
     try:
         table.number(first[number_at])
@@ -105,7 +135,7 @@ def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]]
 def _distance(table: TextTable, settings: RegistrationSettings, line: int, fields: tuple[str, ...]) -> TapeDistance:
     distance, sigma = table.number(fields[2]), table.number(fields[3]) if len(fields) > 3 else math.nan
     name, to = landmark_id(fields[0]), landmark_id(fields[1])
-    if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0:
+    if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0 or sigma > LARGEST_SIGMA_M:
         raise ValueError(f"line {line} is not a distance")
     return TapeDistance(
         landmark=name,
