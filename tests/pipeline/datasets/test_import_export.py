@@ -83,7 +83,7 @@ def test_name_description_and_privacy(quartet: Path, tmp_path: Path) -> None:
     [
         (ImportOptions(format_name="ods"), UsageError, "no format called 'ods' can be read; there are: "),
         (ImportOptions(format_name="uts"), DatasetError, "holds no UTS_training"),
-        (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are metres already"),
+        (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are already in metres"),
     ],
 )
 def test_what_cannot_work_leaves_nothing(
@@ -225,11 +225,11 @@ def test_privacy_is_that_of_every_format(name: str, tmp_path: Path) -> None:
     ("name", "options", "said"),
     [
         ("nope", ExportOptions(), "no format called 'nope' can be written; there are: comford, geojson, gia"),
-        ("geojson", ExportOptions(split="random"), "--split: does not apply to the format geojson"),
-        ("uji", ExportOptions(survey=Path("x")), "--survey: does not apply to the format uji"),
+        ("geojson", ExportOptions(split="random"), "--split does not apply to the format geojson"),
+        ("uji", ExportOptions(survey=Path("x")), "--survey does not apply to the format uji"),
         ("uji", ExportOptions(fold="x"), "--fold x: say of which split by --split"),
         ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; there are: "),
-        ("gia", ExportOptions(), "is a data set; gia is made of labels"),
+        ("gia", ExportOptions(), "is a data set. The format gia needs labels"),
     ],
 )
 def test_what_cannot_be_asked_for(
