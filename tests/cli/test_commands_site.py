@@ -137,7 +137,7 @@ def test_an_svg_that_tells_its_size_on_paper_takes_a_scale(tmp_path: Path, unit:
     metres = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72, "pc": 0.0254 / 6}[unit]
     plan = drawn_floor.svg(tmp_path, f'width="{0.2 / metres:.9g}{unit}" height="{0.1 / metres:.9g}{unit}"')
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan)
-    assert "(200 mm x 100 mm on paper: --scale 1:100" in the_error(done)
+    assert "(200 mm x 100 mm on paper; with --scale" in the_error(done)
     init(tmp_path / "site", plan, "--scale", "1:100", "--lower-left", "5,-2")
     floor = read_site(tmp_path / "site")[0].floor(1)
     assert floor.extent_m == pytest.approx((5, 25, -2, 8))
@@ -210,7 +210,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
             (),
             "the file has no scale. Use --width-m or --height-m or both, two --point, --distance, --scale or --unit-m",
         ),
-        (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818; give"),
+        (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818. Use"),
         (("--scale", "1/50"), "--scale 1/50: give 1:N as the drawing says, such as 1:100"),
         (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: give X,Y,X,Y, two opposite corners"),
         (("--area", "900,0,999,9", "--width-m", "20"), "has nothing in that area; correct area"),
