@@ -58,7 +58,7 @@ HAND_M = 1.37
 """Height of the phone."""
 FAINTEST_DBM = -90.0
 LITTLE_DB, MUCH_DB = 2.0, 5.0
-"""True root mean square changes of a place that should not be told, and that should."""
+"""True root mean square changes of a place that should not be reported, and that should."""
 
 MODEL = "local-kriging"
 MOST_ASKED = 800
@@ -312,8 +312,8 @@ def print_changes(buildings: int) -> None:
         same.update(_counted(two_surveys(seed, Changes())))
         changed.update(_counted(two_surveys(seed, _three_changes(seed))))
     print(
-        "| building | access points changed | found | of the right kind | others told | places told "
-        "| of them changed by < 2 dB | changed by > 5 dB: told |"
+        "| building | access points changed | found | of the right kind | others reported | places reported "
+        "| of them changed by < 2 dB | changed by > 5 dB: reported |"
     )
     print("|" + " --- |" * 8)
     for name, counts in (("unchanged", same), ("3 of 28 changed", changed)):

@@ -76,7 +76,7 @@ class Streams:
     way: ComplexArray
 
     def signs(self, key: SessionKey) -> StreamSigns:
-        """As a session's tables tell them."""
+        """As in the tables of a session."""
         start = session_start(key.session)
         assert start is not None
         since_boot_s = float(self.camera.time_ns[0]) * 1e-9

@@ -203,7 +203,7 @@ def _damaged(target: Target, rng: np.random.Generator, bases: Path, scratch: Pat
 
 
 def _run(target: Target, numbers: range, out: Path) -> int:
-    """Make runs, tell of failures, and note how far it got; returns how many failed."""
+    """Make runs, report failures, and note how far it got; returns how many failed."""
     failed = 0
     for number, outcome in zip(numbers, attack(target, numbers, out), strict=True):
         if outcome.fault:

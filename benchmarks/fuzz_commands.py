@@ -321,7 +321,7 @@ def _command_of(arguments: list[str]) -> Any:
 
 
 def _odd_value(run: Run) -> str:
-    """Of any type: which one an option takes is told differently by the versions of Typer."""
+    """Of any type: which one an option takes differs between the versions of Typer."""
     files = sorted(path for path in run.bases.glob("small/*/*") if path.is_file())
     places = ("/dev/null", "/dev/zero", "nowhere", str(run.base), str(run.out), *map(str, files))
     return _picked((_NUMBERS, _NUMBERS, _TEXTS, places)[run.rng.integers(4)], run.rng)

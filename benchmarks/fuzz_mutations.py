@@ -43,7 +43,7 @@ def damage(path: Path, rng: Rng) -> str:
     try:
         return way(path, rng)
     except (ValueError, OSError, KeyError, TypeError, IndexError, OverflowError, pl.exceptions.PolarsError):
-        path.write_bytes(mutate(path.read_bytes(), rng))  # not of the form that its name tells
+        path.write_bytes(mutate(path.read_bytes(), rng))  # not of the format of its name
         return "bytes"
 
 
@@ -105,7 +105,7 @@ def _json(path: Path, rng: Rng) -> str:
 
 
 def changed(value: Any, rng: Rng) -> Any:
-    """Return a value of JSON in which one part is another, lacks, or is there twice."""
+    """Return a value of JSON in which one part is replaced, missing or duplicated."""
     if isinstance(value, dict | list) and value and rng.random() < 0.9:
         keys: list[Any] = list(value) if isinstance(value, dict) else list(range(len(value)))
         key = keys[rng.integers(len(keys))]
@@ -156,7 +156,7 @@ def _parquet(path: Path, rng: Rng) -> str:
 
 
 def _say_right_checksum(path: Path) -> None:
-    """Let the data set's manifest say what its table is now, as whoever means harm would."""
+    """Let the data set's manifest say what its table is now, as an attacker would."""
     for folder in path.parents[:2]:
         manifest = folder / "dataset.json"
         if manifest.is_file():

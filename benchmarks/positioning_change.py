@@ -114,7 +114,7 @@ def _tell(by: str, name: str, data: LearningData, masks: list[tuple[BoolArray, B
 
 
 def told_share(inside: BoolArray, walk: AnyArray, bounds: tuple[float, float]) -> str:
-    """Tell a share of scans (n,) of walks (n,), its half interval, and by asterisks whether it is out of bounds."""
+    """Print a share of scans (n,) of walks (n,), its half interval, and by asterisks whether it is out of bounds."""
     share, scatter = inside.mean(), mean_interval(inside.astype(np.float64), walk)
     low, high = scatter or (share, share)
     half = f" ± {(high - low) / 2:.2f}" if scatter else ""

@@ -76,7 +76,7 @@ def main() -> None:
 def print_generated(options: argparse.Namespace) -> None:
     """Print for each choice of surveyed landmarks the walks without ties and with."""
     floors = [heard_floor(seed, options.severity) for seed in options.seeds]
-    print("| surveyed | mapped | walks | mean | inside 68 % | inside 95 % | least | most | told | gain | worse | fix |")
+    print("| surveyed | mapped | walks | mean | inside 68 % | inside 95 % | least | most | ties | gain | worse | fix |")
     print("| --- " * 12 + "|")
     for name, choose in (("spread", spread), ("at random", lambda marks, count: chosen(marks, count, 0))):
         for way in ("alone", "together"):
@@ -103,7 +103,7 @@ class Compared:
 
 
 def heard_floor(seed: int, severity: str) -> tuple[Site, list[RadioScans]]:
-    """A floor, whose walks are told how noisy their devices' trackers are, and what each of them heard."""
+    """A floor, whose walks know how noisy their devices' trackers are, and what each of them heard."""
     with generated_floor(seed, severity) as root:
         site = site_of(list(walks_of(root, truth_at_frames=True)))
         heard = [read_session(ref).tables["wifi"] for ref in open_survey(root).sessions]
@@ -136,7 +136,7 @@ def true_at(walk: Walk, time_s: FloatArray) -> FloatArray:
 
 
 def mapped(walks: list[Walk], landmarks: list[Landmarks], ties: Sequence[PlaceTies | None]) -> list[Trajectory]:
-    """Map each walk with what it is told."""
+    """Map each walk with the constraints from others."""
     strategy = strategy_named("smoother", SETTINGS.mapping)
     return [
         strategy.map(replace(walk.camera, ties=told), walk.log, known)
@@ -145,7 +145,7 @@ def mapped(walks: list[Walk], landmarks: list[Landmarks], ties: Sequence[PlaceTi
 
 
 def gain(found: list[Compared]) -> str:
-    """How many walks are told, what their mean error falls by, the greatest rise; how good their fixes are."""
+    """How many walks get constraints, what their mean error falls by, the greatest rise; how good their fixes are."""
     told = [one for one in found if len(one.off_m)]
     if not told:
         return "0 | - | - | -"
@@ -159,7 +159,7 @@ def gain(found: list[Compared]) -> str:
 
 def print_real(wifine: Path, ilc20: Path, at_a_time: int) -> None:
     """Print a row for each floor and drift."""
-    print("| floor | walks | drift | mean | inside 68 % | inside 95 % | told | gain | worse | fix |")
+    print("| floor | walks | drift | mean | inside 68 % | inside 95 % | ties | gain | worse | fix |")
     print("| --- " * 10 + "|")
     for name, walks in floors(wifine, ilc20):
         count = at_a_time or len(walks)
@@ -246,7 +246,7 @@ def drift_covariance(way_m: FloatArray, drift: float) -> FloatArray:
 
 
 def row(groups: list[list[RealWalk]], drift: float) -> str:
-    """Figures of all groups of walks that tell one another where they were, over some draws of the drift."""
+    """Figures of all groups of walks with constraints between each other, over some draws of the drift."""
     before, after, inside, told, off_m, square = [], [], [], 0, [], []
     for number, walks in enumerate(groups):
         for draw in range(DRAWS):
@@ -278,7 +278,7 @@ def row(groups: list[list[RealWalk]], drift: float) -> str:
 
 
 def traced(walk: RealWalk, error: FloatArray, covariance: FloatArray) -> WalkTrace:
-    """What others are told of a walk that is off by (n, 2)."""
+    """The constraints that others get from a walk that is off by (n, 2)."""
     place = walk.place + error
     own = np.diag(covariance)[:, None, None] * np.eye(2)
     return WalkTrace(walk.time_ns, place, own, walk.way_m, np.ones(len(place), dtype=np.bool_))

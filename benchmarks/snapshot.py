@@ -298,7 +298,7 @@ PARTS = (
             Run("walkable", "site walkable survey --out walkable --json", "walkable"),
             Run("process", "process survey --out labels --json --jobs 1", "labels"),
             Run("rebase", "site rebase labels --from survey --to written --out rebased --json", "rebased"),
-            Run("plan", "plan survey --anew --out plan --json", "plan"),
+            Run("plan", "plan survey --ignore-existing --out plan --json", "plan"),
             Run("sheets", "sheets --ids 1-3 --seed 7 --out sheets --json", "sheets"),
             Run(
                 "register",

@@ -30,7 +30,7 @@ from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.estimation.tracker_errors import noise_of_other_walks
 
 LONG_M = 40.0
-"""Walks with a stretch between surveyed landmarks longer than this are told apart."""
+"""Walks with a stretch between surveyed landmarks longer than this are distinguished."""
 
 
 def main() -> None:
@@ -51,7 +51,7 @@ def main() -> None:
 
 
 def lines(sites: list[Site], choices: list[IntArray]) -> list[str]:
-    """Figures of all walks that can be mapped alone: alone, with completed landmarks, told of landmarks, together."""
+    """Figures of all walks that can be mapped alone: alone, with completed landmarks, landmark priors, together."""
     found: dict[str, list[FloatArray]] = {"alone": [], "completed": [], "landmarks": [], "together": []}
     long = []
     for site, surveyed in zip(sites, choices, strict=True):
@@ -101,7 +101,7 @@ def together(site: Site, surveyed: IntArray) -> list[Landmarks]:
 
 
 def told_noise(site: Site) -> list[TrackerNoise | None]:
-    """For each walk what the others of its device tell of its tracker."""
+    """For each walk what the others of its device show about its tracker."""
     devices = np.array([walk.device for walk in site.walks])
     found: list[TrackerNoise | None] = [None] * len(devices)
     for device in np.unique(devices):
@@ -112,7 +112,7 @@ def told_noise(site: Site) -> list[TrackerNoise | None]:
 
 
 def as_landmarks(landmarks: Landmarks, told: ToldPlaces) -> Landmarks:
-    """Landmarks at the places told."""
+    """Landmarks at the given places."""
     k = len(told.landmark)
     column = np.arange(2 * k).reshape(-1, 2)
     headed = np.isfinite(told.heading_rad)

@@ -110,7 +110,7 @@ class _Swing:
 
 
 def _swinging(log: InertialLog, length_m: float, swing: Callable[[IntArray], _Swing]) -> InertialLog:
-    """The same phone at the end of a pendulum about its x axis, of which ``swing`` tells at times (k,), ns."""
+    """The same phone at the end of a pendulum about its x axis, whose angle is ``swing`` at times (k,), ns."""
 
     def turn(time_ns: IntArray) -> Rotation:
         return Rotation.from_rotvec(np.outer(swing(time_ns).angle_rad, (1.0, 0.0, 0.0)))
@@ -126,7 +126,7 @@ def _swinging(log: InertialLog, length_m: float, swing: Callable[[IntArray], _Sw
 
 
 def _thigh_rad(signals: WalkSignals, log: InertialLog) -> FloatArray:
-    """How far ahead (n,) a thigh is at each moment, rad: one swing in two steps, none while nobody walks."""
+    """How far ahead (n,) a thigh is at each moment, rad: one swing in two steps, none while standing."""
     from scipy.signal import butter, hilbert, sosfiltfilt
 
     up = Headings.of(signals, log).up

@@ -40,7 +40,10 @@ def test_a_second_plan_needs_no_landmark_and_sheets_warn_of_other_paper(site: Pa
     plan = ("plan", copied, "--further", "0", "--write", "--out", tmp_path / "plan")
     assert "the new landmarks were added" in vislam2tag(*plan).stdout
     done = vislam2tag(*plan, "--paper", "A3")
-    assert "no new landmark is needed: 6 are in the site already; to plan without them, pass --anew" in done.stdout
+    assert (
+        "no new landmark is needed: 6 are in the site already; to plan without them, pass --ignore-existing"
+        in done.stdout
+    )
     assert f"next: vislam2tag sheets {copied} --out sheets" in done.stdout
     assert "were added" not in done.stdout
     done = vislam2tag("sheets", copied, "--paper", "A3", "--ids", "1-2", "--out", tmp_path / "sheets")

@@ -106,7 +106,12 @@ def test_planned_positions_are_used_only_if_that_is_asked_for(clean: Path, tmp_p
     assert "perhaps_planned" in vislam2tag("inspect", survey).stdout
 
     table.write_text(measured)
-    assert vislam2tag("plan", survey, "--out", tmp_path / "more", "--further", "0", "--write", "--anew").returncode == 0
+    assert (
+        vislam2tag(
+            "plan", survey, "--out", tmp_path / "more", "--further", "0", "--write", "--ignore-existing"
+        ).returncode
+        == 0
+    )
     found = said(
         survey,
         tmp_path / "out",

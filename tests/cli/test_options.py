@@ -130,7 +130,7 @@ def test_options_that_help_leaves_out_are_taken(name: str) -> None:
     ("words", "old", "new"),
     [
         (["site", "init", "site", "--plan", "plan.png"], ["--measure", "page.html"], ["--click", "page.html"]),
-        (["plan", "site", "--out", "plan"], ["--sheet=A4"], ["--paper=A4"]),
+        (["plan", "site", "--out", "plan"], ["--sheet=A4", "--anew"], ["--paper=A4", "--ignore-existing"]),
         (["sightings", "survey"], ["--again"], ["--replace"]),
         (["simulate", "survey"], ["--landmark-file", "own.csv"], ["--landmarks", "own.csv"]),
         (["label", "table.csv", "--labels", "labels"], ["--align", "motion"], ["--by", "motion"]),
@@ -138,7 +138,8 @@ def test_options_that_help_leaves_out_are_taken(name: str) -> None:
 )
 def test_old_names_of_options_mean_the_new_ones(words: list[str], old: list[str], new: list[str]) -> None:
     name = " ".join(words[:2]) if words[0] == "site" else words[0]
-    assert OLD_NAMES[name] == {old[0].partition("=")[0]: new[0].partition("=")[0]}
+    renamed = {was.partition("=")[0]: now.partition("=")[0] for was, now in zip(old, new, strict=True) if was != now}
+    assert OLD_NAMES[name] == renamed
     command = command_of(tuple(name.split()))
     own = words[len(name.split()) :]
     parsed = [command.make_context(name, [*own, *spelling]).params for spelling in ((), old, new)]

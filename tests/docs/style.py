@@ -62,7 +62,7 @@ def _faults_in(text: str, doubtful: bool) -> Iterator[str]:
     for word in (*WORDS.finditer(plain), *(DOUBTFUL.finditer(plain) if doubtful else ())):
         yield f"uses '{word[0]}': …{plain[max(0, word.start() - 40) : word.end() + 40]}…"
     for sentence in re.split(r", (?=\d+ )", plain) if plain.startswith("Exit code") else SENTENCE_END.split(plain):
-        count = len([word for word in sentence.split() if re.search(r"\w", word)])
+        count = len([word for word in sentence.split() if re.search(r"\w", word) and word.strip(",.") != "X"])
         if count > MAX_WORDS:
             yield f"has a sentence of {count} words: {sentence[:90]}…"
 
@@ -130,6 +130,7 @@ def _literals(node: ast.AST) -> Iterator[str]:
 def _prose(line: int, text: str) -> Iterator[Passage]:
     """Paragraphs and list items of a text that is not code."""
     at = line
+    text = re.sub(r"^ {4,}(?:python|vislam2tag) .*$|<[^>]*>", "", text, flags=re.MULTILINE)  # commands and tags
     for paragraph in re.split(r"(\n\s*\n|\n\s*(?=[*-] |[\w`]+: ))", text):
         if paragraph.lstrip().startswith("\b"):  # Click keeps the lines of such a paragraph
             yield from (Passage(at + below, part) for below, part in enumerate(paragraph.splitlines()))

@@ -92,7 +92,7 @@ MODULES = {
 """The commands in each module ``commands_NAME``."""
 OLD_NAMES = {
     "site init": {"--measure": "--click"},
-    "plan": {"--sheet": "--paper"},
+    "plan": {"--sheet": "--paper", "--anew": "--ignore-existing"},
     "sightings": {"--again": "--replace"},
     "simulate": {"--landmark-file": "--landmarks"},
     "label": {"--align": "--by"},

@@ -38,7 +38,7 @@ class PlanOptions:
     )
     forbid: Path | None = option(None, "Areas without landmarks: CSV with floor,x0,y0,x1,y1 in metres.", metavar="FILE")
     mask: Path | None = option(None, "Image for one --floor: green is walkable, red is not.", metavar="IMAGE")
-    anew: bool = option(False, "Ignore the existing landmarks of the site. --write still adds to them.")
+    ignore_existing: bool = option(False, "Ignore the existing landmarks of the site. --write still adds to them.")
     rooms: bool | None = setting("plan.rooms", hidden=True)
     view_deg: tuple[float, float] | None = option(
         None, "Angles of view of the camera, degrees.  [default: 67 53]", metavar="LONG SHORT", hidden=True
@@ -80,7 +80,7 @@ def plan_command(given: PlanOptions) -> None:
     request = api.PlanRequest(
         given.floor,
         given.first_id,
-        given.anew,
+        given.ignore_existing,
         given.forbid,
         given.mask,
         given.write,
@@ -118,7 +118,7 @@ def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> Non
         say(f"{finding.severity}: {finding.file}: {finding.message}")
     new, fixed = (sum(map(len, each)) for each in zip(*((f.landmarks, f.fixed) for f in result.floors), strict=True))
     if not new and not unmet:
-        say(f"no new landmark is needed: {fixed} are in the site already; to plan without them, pass --anew")
+        say(f"no new landmark is needed: {fixed} are in the site already; to plan without them, pass --ignore-existing")
     elif given.write and new:
         say(
             "the new landmarks were added to the site's marker_dict.csv files as planned; mapping uses them after you "

@@ -80,8 +80,8 @@ def test_landmarks_written_into_the_site_are_fixed_the_next_time(tmp_path: Path)
     assert again.landmarks == ()
     assert again.floors[0].number == first.floors[0].number
     assert (root / "floor_1" / "marker_dict.csv").read_text() == text
-    anew = write_plans(root, tmp_path / "anew", SETTINGS, PlanRequest(anew=True, first_id=5))
-    assert not {landmark.id for landmark in anew.landmarks} & set(landmarks.ids)
+    again = write_plans(root, tmp_path / "anew", SETTINGS, PlanRequest(ignore_existing=True, first_id=5))
+    assert not {landmark.id for landmark in again.landmarks} & set(landmarks.ids)
 
 
 @pytest.mark.usefixtures("undrawn_figures")

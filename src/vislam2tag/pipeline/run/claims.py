@@ -96,8 +96,7 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
         return False
     maker = written_by(root)
     if maker is None:
-        # A record without a run and without its files is from a command that was killed before writing or after removing
-        # everything else.
+        # A record without run and files is from a command that was killed before writing or after removing the rest.
         if OWN_FILES in there and not there & {RUN_FILE, MANIFEST} and _owned(root) <= {LOCK, OWN_FILES}:
             return False
         raise OutputError(

@@ -52,7 +52,7 @@ class PlanRequest:
 
     floors: tuple[int, ...] = ()
     first_id: int = 1
-    anew: bool = False
+    ignore_existing: bool = False
     """Whether the site's landmarks are ignored instead of being fixed."""
     forbidden: AnyPath | None = None
     mask: AnyPath | None = None
@@ -111,12 +111,12 @@ def write_plans(
         planned: list[PlannedFloor] = []
         first = request.first_id
         for floor in floors:
-            given = constraints_of(site, floor, forbidden.get(floor.number), anew=request.anew)
+            given = constraints_of(site, floor, forbidden.get(floor.number), ignore_existing=request.ignore_existing)
             design, _ = designed(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
             ids = new_ids(len(design.place), first, site.landmarks.ids)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids)
-            hanging = shown.landmarks.select([]) if request.anew else shown.landmarks.on_floor(floor.number)
+            hanging = shown.landmarks.select([]) if request.ignore_existing else shown.landmarks.on_floor(floor.number)
             planned.append(PlannedFloor(shown.floor(floor.number), design, summary, hanging))
         result = PlanSummary(
             version=__version__,
@@ -132,11 +132,11 @@ def write_plans(
 
 
 def constraints_of(
-    site: Site, floor: Floor, forbidden: FloatArray | None = None, *, anew: bool = False
+    site: Site, floor: Floor, forbidden: FloatArray | None = None, *, ignore_existing: bool = False
 ) -> FloorConstraints:
-    """Constraints of a floor: its surveyed landmarks, unless planned ``anew``, and forbidden rectangles (f, 4)."""
+    """Constraints of a floor: its surveyed landmarks, unless ``ignore_existing``, and forbidden rectangles (f, 4)."""
     here = site.landmarks.on_floor(floor.number)
-    rows = [] if anew else np.flatnonzero(here.surveyed).tolist()
+    rows = [] if ignore_existing else np.flatnonzero(here.surveyed).tolist()
     names = tuple(here.ids[row] for row in rows)
     return FloorConstraints(
         here.position_bcs[rows].reshape(-1, 2), names, np.zeros((0, 4)) if forbidden is None else forbidden

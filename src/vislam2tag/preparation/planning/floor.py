@@ -258,7 +258,7 @@ def _check_inside(space: WalkableSpace, constraints: FloorConstraints) -> None:
             x, y = place.tolist()
             raise SurveyError(
                 f"landmark {name} at ({x:.2f}, {y:.2f}) is more than {OUTSIDE_M:g} m outside the walkable space; "
-                "correct its position or the plan, or ignore existing landmarks with `--anew`"
+                "correct its position or the plan, or ignore existing landmarks with `--ignore-existing`"
             )
 
 
