@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import yaml
 
 import vislam2tag
+from tests.cli.command import vislam2tag as command
 from tests.docs.finding_pages import finding_texts
 from tests.docs.pages import DOCS, PAGES, TUTORIALS
 from tests.docs.tutorial_pages import tutorial_page
@@ -98,3 +100,20 @@ def test_tutorials_run_and_say_what_their_pages_say(name: str, tmp_path: Path) -
     """Pictures are drawn, but not compared: their bytes are the machine's."""
     assert tutorial_page(name, tmp_path) == (DOCS / "tutorials" / f"{name}.md").read_text(encoding="utf-8")
     assert list(tmp_path.glob(f"{name}_*.png"))
+
+
+@pytest.mark.slow
+def test_commands_of_the_model_tutorial_print_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (DOCS / "tutorials" / "trained_model.md").read_text(encoding="utf-8").split("## On the command line")[1]
+    commands, shown = (re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL) for language in ("sh", "text"))
+    (scans,) = (text for text in shown if text.startswith("scan_id,bssid"))
+    Path("scans.csv").write_text(scans, encoding="utf-8")
+    printed = []
+    for line in "".join(commands).replace("\\\n", "").splitlines():
+        done = command(*shlex.split(line)[1:])
+        assert done.returncode == 0, (line, done.stdout, done.stderr)
+        printed += done.stdout.splitlines()
+    promised = [line.removesuffix("...") for text in shown if text != scans for line in text.splitlines()]
+    assert promised
+    assert [line for line in promised if not any(each.startswith(line) for each in printed)] == []
