@@ -4,13 +4,13 @@
 # In 15 minutes you label a small survey and draw the result. You need no phone and no building: the walks are
 # generated.
 #
-# [Install the program](first_survey.md#install) first.
+# [Install the program](../how-to/install.md) first.
 
 # %% [markdown]
 # ## Generate a survey
 #
-# A *survey* is a folder of walks through a building. The simulator writes the same files as a phone: here for one
-# floor, two phones, and two walks each. It also writes the true positions, which real walks do not have.
+# A *survey* is a folder of recorded walks (*sessions*) through a building. The simulator writes the files that a phone
+# would write: here for one floor, two phones, and two walks each.
 
 # %%
 import tempfile
@@ -38,8 +38,9 @@ for session in survey.sessions:
 # %% [markdown]
 # ## Look at a walk of the tracker
 #
-# The phone's tracker estimates where the camera is, 30 times a second. It starts at (0, 0), knows nothing about the
-# building, drifts, and sometimes jumps. It also logs which landmarks the camera saw.
+# The phone's tracker estimates the camera's position 30 times a second; each estimate is a *frame*. The track starts at
+# (0, 0), drifts, and sometimes jumps. The phone also logs which landmarks the camera saw. Names that end in `_acs` are
+# in the tracker's coordinates (y is up), those in `_bcs` in the building's (z is up).
 
 # %% The walk as the tracker logged it, in its own coordinates
 walk = read_session(survey.sessions[0])
@@ -76,15 +77,16 @@ for status, rows in counts.iter_rows():
     print(f"{status}: {rows} readings")
 
 # %% [markdown]
-# The standard deviation of each position (sigma, in metres) is small near landmarks and larger between them:
+# The standard deviation of each position (sigma) is small near landmarks and larger between them:
 
-# %% All walks on the floor: the larger the point, the larger its sigma
+# %% All walks on the floor, coloured by sigma, with the landmarks
 frames = pl.read_parquet(folder / "labels" / "trajectory" / "*.parquet")
 frames = frames.filter(status="ok")
 landmarks = survey.site.landmarks.position_bcs
 figure, axes = plt.subplots(figsize=(6, 4))
 x, y, sigma = frames["x"], frames["y"], frames["sigma"]
-axes.scatter(x, y, s=20 * sigma, color="#0072b2", linewidths=0)
+drawn = axes.scatter(x, y, c=sigma, s=4)
+figure.colorbar(drawn, label="sigma, m")
 axes.plot(*landmarks.T[:2], "s", color="black", label="landmarks")
 axes.set(aspect="equal", xlabel="x, m", ylabel="y, m")
 axes.legend()

@@ -4,8 +4,8 @@
 # You have a recorded walk and want a position for each of its readings. Put the walk into a survey folder, or pass
 # its tables to one function.
 #
-# You need a walk of the phone app or in the [published layout](../reference/session-files.md), and the positions of
-# at least two landmarks that it passed. Here the simulator makes the walk; put yours in its place.
+# You need a walk of the phone app, or in the [file layout of the VI-SLAM2tag data set](../reference/session-files.md),
+# and the positions of two or more landmarks that it passed. Here the simulator makes the walk; put yours in its place.
 
 # %%
 import shutil
@@ -51,8 +51,7 @@ lines = (survey / "floor_0" / "marker_dict.csv").read_text().splitlines()
 print("\n".join(lines[:4]))
 
 # %% [markdown]
-# Tables from a spreadsheet work too: semicolons, decimal commas and other column names are recognised, and
-# `vislam2tag inspect survey` shows how they were read.
+# Tables from a spreadsheet work too: `vislam2tag inspect survey` shows how they were read.
 
 # %% [markdown]
 # ## Label the walk
@@ -65,14 +64,15 @@ summary = process(survey, folder / "labels", Settings())
 for kind, count in sorted(summary.findings.items()):
     print(f"{kind}: {count}")
 
-# %% The walk on the floor: each circle contains the true position with 95 % probability
+# %% A part of the walk: each circle contains the true position with 95 % probability
 frames = pl.read_parquet(folder / "labels" / "trajectory" / "*.parquet")
 frames = frames.drop_nulls("x")
+part = frames.slice(240, 300)
 figure, axes = plt.subplots(figsize=(6, 4))
-axes.plot(frames["x"], frames["y"], color="#0072b2")
-every_5_s = frames.select("x", "y", "sigma").gather_every(150)
-for x, y, sigma in every_5_s.iter_rows():
-    axes.add_patch(plt.Circle((x, y), 2.45 * sigma, alpha=0.2, linewidth=0))
+axes.plot(part["x"], part["y"], color="#0072b2")
+every_second = part.select("x", "y", "sigma").gather_every(30)
+for x, y, sigma in every_second.iter_rows():
+    axes.add_patch(plt.Circle((x, y), 2.45 * sigma, alpha=0.3, linewidth=0))
 axes.set(aspect="equal", xlabel="x, m", ylabel="y, m")
 
 # %% [markdown]
@@ -94,8 +94,8 @@ for note, x, y, status in labelled.select(columns).iter_rows():
 # ## Map tables in memory
 #
 # [`map_walk`](../reference/api.md#map_walk) needs no folder. It takes tables from Polars, pandas or Arrow: the
-# tracker's poses, the landmarks it saw, and their positions. First read the files of this walk, which have no header
-# and decimal commas:
+# tracker's poses, the landmarks it saw, and their positions. If you have such tables, they need only the columns below.
+# The files of this walk have no header and decimal commas, so read them first:
 
 # %%
 pose = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]
@@ -114,7 +114,8 @@ sightings = read("initPoses.csv", ["id", "time_ns", *pose])
 landmarks = pl.read_csv(survey / "floor_0" / "marker_dict.csv")
 
 # %% [markdown]
-# Then map them and label a table:
+# Then map them and label a table. The positions are in `x` and `y` here, as in the labels of `process`, not in `x_m`
+# and `y_m` as in a table of `label`.
 
 # %%
 result = vislam2tag.map_walk(poses, sightings, landmarks)

@@ -1,11 +1,9 @@
 # %% [markdown]
 # # From labels to a trained model
 #
-# A trained model answers where a Wi-Fi scan was taken. You build a data set of labelled walks, train a model, and
-# measure its error on a walk that it has not seen.
-#
-# The walks are generated, as in [first steps in Python](first_steps.md). To train models you need the extra
-# `positioning`, which is part of `[all]` ([install](../how-to/install.md)).
+# A trained model estimates where a Wi-Fi scan was taken. You build a data set of labelled walks, train a model, and
+# measure its error on a walk that it has not seen. The walks are generated. [Install](../how-to/install.md) the program
+# with `[all]`.
 
 # %%
 import tempfile
@@ -75,13 +73,38 @@ axes.set(xlabel="error, m", ylabel="share of scans")
 #
 # ## On the command line
 #
-# `train` compares several models and keeps the one with the smallest error. `locate` then answers for a file of
-# scans:
+# In an empty folder, train the model on a generated survey of two floors. `--split` also tests it on walks that it has
+# not seen; leave it out to learn from all walks:
 #
 # ```sh
+# vislam2tag simulate survey
 # vislam2tag dataset survey --out fingerprints
-# vislam2tag train fingerprints --out building.v2t
+# vislam2tag train fingerprints --model weighted-knn \
+#     --split trajectory --fold test_1 --out building.v2t
+# ```
+#
+# ```text
+# tested on 67 fingerprints: mean error 2.07 m, median 1.24 m, ...
+# ```
+#
+# Without `--model`, `train` compares several models and keeps the best, which takes minutes. To locate a scan, save its
+# readings as `scans.csv`:
+#
+# ```text
+# scan_id,bssid,rssi_dbm
+# s1,02:86:35:f5:61:ea,-58
+# s1,02:e6:29:e2:4c:dc,-60
+# s1,02:0c:ca:ee:fd:35,-67
+# s1,02:d3:b5:29:61:5b,-72
+# ```
+#
+# ```sh
 # vislam2tag locate building.v2t scans.csv
+# ```
+#
+# ```text
+# scan_id,status,building,floor,x,y,z,radius_68_m,radius_95_m,...
+# s1,ok,,0,39.362,26.668,,5.159,26.954,1.0
 # ```
 #
 # ## Next

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ import pytest
 import yaml
 
 import vislam2tag
+from tests.cli.command import vislam2tag as command
 from tests.docs.finding_pages import finding_texts
 from tests.docs.pages import DOCS, PAGES, TUTORIALS
 from tests.docs.program_pages import TASKS
@@ -109,3 +111,20 @@ def test_examples_of_the_interface_run_one_after_the_other(tmp_path: Path) -> No
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "weighted-knn" in done.stdout
+
+
+@pytest.mark.slow
+def test_commands_of_the_model_tutorial_print_what_it_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = (DOCS / "tutorials" / "trained_model.md").read_text(encoding="utf-8").split("## On the command line")[1]
+    commands, shown = (re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL) for language in ("sh", "text"))
+    (scans,) = (text for text in shown if text.startswith("scan_id,bssid"))
+    Path("scans.csv").write_text(scans, encoding="utf-8")
+    printed = []
+    for line in "".join(commands).replace("\\\n", "").splitlines():
+        done = command(*shlex.split(line)[1:])
+        assert done.returncode == 0, (line, done.stdout, done.stderr)
+        printed += done.stdout.splitlines()
+    promised = [line.removesuffix("...") for text in shown if text != scans for line in text.splitlines()]
+    assert promised
+    assert [line for line in promised if not any(each.startswith(line) for each in printed)] == []

@@ -45,7 +45,8 @@ def _run(name: str, images: Path) -> str:
             plt.figure(number).savefig(images / f"{name}_{drawn}.png", dpi=90, bbox_inches="tight")
             parts.append(f"![{title}](../images/{name}_{drawn}.png)")
         plt.close("all")
-    parts.insert(1, f"*This page is a notebook: open `docs/tutorials/{name}.py` in VS Code or Jupyter to run it.*")
+    opened = f"This page is a notebook: open `docs/tutorials/{name}.py` in VS Code or Jupyter to run it."
+    parts.insert(1, f"*{opened} In a plain script,\nadd `plt.show()` to see the pictures.*")
     return "\n\n".join(parts) + "\n"
 
 
