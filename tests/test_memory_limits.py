@@ -204,5 +204,5 @@ def test_more_landmarks_than_can_be_placed_together_are_refused(tmp_path: Path) 
     root = make_survey(tmp_path / "survey", devices=("LG",))
     with (root / "floor_0" / "marker_dict.csv").open("a") as file:
         file.writelines(f"{1000 + i},{i % 50}.5,{i % 20}.5\n" for i in range(MAX_JOINT_LANDMARKS))
-    with pytest.raises(SurveyError, match=r"have 6,012 landmarks, and at most 6,000 can be placed together"):
+    with pytest.raises(SurveyError, match=r"have 6,012 landmarks, but at most 6,000 can be placed together"):
         join_sessions(open_survey(root, 0.05), [], 0.05)

@@ -11,6 +11,7 @@ from pathlib import Path
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.given_files import AnyPath, read_toml_values
 from vislam2tag.common.records import FiniteRecord, SettingsRecord
@@ -121,7 +122,7 @@ def wrong_setting(error: ValidationError) -> tuple[str, str]:
     name = ".".join(map(str, problem["loc"]))
     if problem["type"] == "extra_forbidden":
         nearest = get_close_matches(name, [known for known, _ in setting_fields()], 1, 0.0)[0]
-        return name, f"no such setting; the closest name is {nearest} (docs/reference/settings.md lists all)"
+        return name, f"no such setting; the closest name is {nearest} ({page_of('reference/settings')} lists all)"
     if problem["type"] == "value_error":  # about several fields together
         return name, problem["msg"].removeprefix("Value error, ")
     return name, f"{problem['input']}: {problem['msg']}"

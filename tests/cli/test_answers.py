@@ -72,7 +72,7 @@ def test_pages_say_which_answer_it_is(surveys: Path, tmp_path: Path) -> None:
         assert f"Landmarks and known positions: {words}" in (out / "check" / "check.html").read_text()
         vislam2tag("-q", "process", surveys / name, "--out", out / "labels", "--jobs", "1")
         page = (out / "labels" / "report.html").read_text()
-        assert f"The survey by its walks: {words}" in page
+        assert f"Result for the survey: {words}" in page
         assert "no landmark contradicts the rest" not in page
 
 
@@ -163,5 +163,5 @@ def test_a_site_without_plans_says_what_could_not_be_judged(tmp_path: Path, surv
     )
     (tmp_path / "site" / "floor_1").mkdir(parents=True)
     bare = vislam2tag("site", "show", tmp_path / "site")
-    assert "whether landmarks are on it could not be judged" in bare.stdout
+    assert "positions of its landmarks could not be checked" in bare.stdout
     assert "vislam2tag plan" not in bare.stdout.splitlines()[-1]

@@ -91,11 +91,11 @@ def survey(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_says_what_the_data_lacks(survey: Path, tmp_path: Path) -> None:
     done = vislam2tag("paper", survey, "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert "Table I: error at control points, over walks (metres): No walk over control points is in this data." in (
+    assert "Table I: error at control points, over walks (metres): The data contains no walk over control points." in (
         done.stdout
     )
     assert "not drawn: Figure 9: labels of single scans: " in done.stdout
-    assert "floor 4 / Galaxy / 2021-12-20T14:17:21 is not in this data" in done.stdout
+    assert "floor 4 / Galaxy / 2021-12-20T14:17:21 does not exist in this data" in done.stdout
     assert "2 of 13 figures drawn" in done.stdout
     assert (tmp_path / "out" / "index.html").is_file()
 

@@ -87,7 +87,7 @@ def test_a_survey_half_a_metre_off_is_the_odd_one_out(sound: Path, tmp_path: Pat
     assert (odd["landmark"], odd["session"]) == ("3", None)
     assert odd["offset_m"] == pytest.approx([0.5, 0], abs=0.15)
     assert "landmark 3 on floor 0" in page.read_text("utf-8")
-    assert "lies among" in the_error(vislam2tag("diagnose", copy, "--conflicts", table))
+    assert "is among" in the_error(vislam2tag("diagnose", copy, "--conflicts", table))
 
 
 def test_apply_and_revert_exclude_each_other(sound: Path) -> None:
@@ -148,7 +148,7 @@ def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path) -
     bare = rewritten(survey, tmp_path / "survey", lambda row: row if row[0] == "5" else [row[0], "", ""])
     done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv", "--jobs", "1")
     assert done.returncode == 1
-    assert done.stdout.count("nothing ties it to the survey") == 6
+    assert done.stdout.count("not related to the survey") == 6
     assert "12 landmarks: 1 surveyed, 0 estimated, 11 without a position; 0 of 6 sessions used" in done.stdout
 
 
@@ -156,11 +156,14 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(survey: Path, tmp_pa
     raw = bytes_of(survey)
     own = survey / "floor_0/marker_dict.csv"
     for arguments, message in (
-        ((survey, "--out", own), "lies among the survey's own files; choose another name"),
-        ((survey, "--out", tmp_path / "c.csv", "--report", own), "lies among the survey's own files"),
-        ((survey, "--out", tmp_path / "c.csv", "--report", tmp_path / "c.csv"), "one file cannot hold both"),
+        ((survey, "--out", own), "this path is among the survey's own files; choose another name"),
+        ((survey, "--out", tmp_path / "c.csv", "--report", own), "this path is among the survey's own files"),
+        (
+            (survey, "--out", tmp_path / "c.csv", "--report", tmp_path / "c.csv"),
+            "landmarks and report need two different files",
+        ),
         ((tmp_path / "gone", "--out", tmp_path / "c.csv"), "no such folder; expected a survey folder"),
-        ((survey, "--out", tmp_path / "gone" / "c.csv"), "c.csv: cannot be written (there is no such folder)"),
+        ((survey, "--out", tmp_path / "gone" / "c.csv"), "c.csv: cannot be written (its folder does not exist)"),
         ((survey, "--out", tmp_path / "c.csv", "--floor", "7"), "--floor 7: the survey has no session of it"),
     ):
         assert message in the_error(vislam2tag("survey-landmarks", *arguments))

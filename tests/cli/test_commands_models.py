@@ -123,7 +123,7 @@ def test_walks_are_filtered_and_smoothed(place: Path, tmp_path: Path) -> None:
     assert vislam2tag("locate", model, place / "set", "--sequence", "filter", "--out", out).returncode == 0
     assert out.read_bytes() != smooth
     refused = vislam2tag("locate", model, place / "scans.csv", "--sequence", "smoother", "--out", tmp_path / "none.csv")
-    assert "no scan tells its session and time_ns" in the_error(refused)
+    assert "need the columns session and time_ns" in the_error(refused)
     assert not (tmp_path / "none.csv").exists()
 
 
@@ -136,13 +136,13 @@ def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "why", "step"),
     [
-        ("loud.csv", "scan_id,bssid,rssi_dbm\ns1,02:1a:00:00:00:01,80\n", "no line could be used", "correct the lines"),
-        ("other.jsonl", '{"d": "x", "s": {"wifi": {}}}\n', "no line could be used", "correct the lines"),
-        ("none.csv", "scan_id,bssid,rssi_dbm\n", "there is no scan", "correct the lines"),
+        ("loud.csv", "scan_id,bssid,rssi_dbm\ns1,02:1a:00:00:00:01,80\n", "no line is usable", "correct the lines"),
+        ("other.jsonl", '{"d": "x", "s": {"wifi": {}}}\n', "no line is usable", "correct the lines"),
+        ("none.csv", "scan_id,bssid,rssi_dbm\n", "the input contains no scan", "correct the lines"),
         (
             "strangers.csv",
             "scan_id,bssid,rssi_dbm\ns1,stranger,-50\ns2,stranger,-60\n",
-            "no scan hears one of the model's 10 access points",
+            "no scan contains any of the model's 10 access points",
             "use a model of the building",
         ),
     ],

@@ -78,7 +78,7 @@ def test_a_file_of_settings_is_resolved_beside_the_labels(survey: Path, tmp_path
     file.write_text("[labels]\nmax_sigma = 0.3\n")
     assert the_error(vislam2tag(*arguments)) == (
         f"error: --config {file}: labels.max_sigma: no such setting; the closest name is labels.max_sigma_m "
-        "(docs/reference/settings.md lists all)"
+        "(`vislam2tag docs reference/settings` lists all)"
     )
 
 
@@ -96,8 +96,8 @@ def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_pa
     ("options", "message"),
     [
         (("--strategy", "globe"), "no mapping strategy is called 'globe'; there are: dead-reckoning, global, "),
-        (("--floor", "7"), "--floor 7: the survey has no session of it; there are: 0"),
-        (("--device", "Nokia"), "--device Nokia: the survey has no session of it; there are: LG, OnePlus"),
+        (("--floor", "7"), "--floor 7: the survey has no such session; available: 0"),
+        (("--device", "Nokia"), "--device Nokia: the survey has no such session; available: LG, OnePlus"),
         (("--landmarks", "gone.csv"), "cannot be opened (No such file or directory); expected a landmark file"),
         (("--jobs", "0"), "--jobs"),
         (("--max-gap-s", "nan"), "--max-gap-s"),
@@ -163,10 +163,10 @@ def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Pa
     (tmp_path / "thesis" / "chapter.tex").write_text("mine")
     mine, raw = bytes_of(tmp_path), bytes_of(survey)
     for place, message in (
-        (tmp_path / "file", "file: cannot be the output folder (a file, not a folder); choose another --out"),
-        (tmp_path / "thesis", "thesis: is not empty and was not made by vislam2tag "),
-        (survey, "survey: is not empty and was not made by vislam2tag "),
-        (survey / "floor_0" / "labels", "labels: lies among the survey's sessions"),
+        (tmp_path / "file", "file: cannot be used as the output folder (a file, not a folder); choose another --out"),
+        (tmp_path / "thesis", "thesis: the folder is not empty and vislam2tag did not create it "),
+        (survey, "survey: the folder is not empty and vislam2tag did not create it "),
+        (survey / "floor_0" / "labels", "labels: this folder is among the survey's sessions"),
     ):
         assert message in the_error(vislam2tag("process", survey, "--out", place))
     assert bytes_of(tmp_path) == mine
@@ -177,7 +177,7 @@ def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Pa
 def test_a_place_that_cannot_be_written_is_2(survey: Path, tmp_path: Path) -> None:
     (tmp_path / "locked").mkdir(mode=0o500)
     done = vislam2tag("process", survey, "--out", tmp_path / "locked" / "out")
-    assert "cannot be the output folder (Permission denied); choose another --out" in the_error(done)
+    assert "cannot be used as the output folder (Permission denied); choose another --out" in the_error(done)
 
 
 def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) -> None:
@@ -282,4 +282,4 @@ def test_what_is_wrong_is_told_first(tmp_path: Path, own: bool) -> None:
     faults = [line for line in done.stdout.splitlines() if line.startswith("wrong: ")]
     assert faults
     assert f"next: vislam2tag diagnose {survey} --apply" in done.stdout
-    assert "What is wrong" in (tmp_path / "out" / "index.html").read_text()
+    assert "Problems" in (tmp_path / "out" / "index.html").read_text()

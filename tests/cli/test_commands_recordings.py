@@ -132,9 +132,9 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
-        ({}, ("--by", "motion"), "--by motion: the table lacks columns such as gyro_x, gyro_y, gyro_z"),
-        ({}, ("--by", "levels"), "--by levels: the table lacks a column bssid and one of levels"),
-        ({}, ("--by", "sound"), "--by sound: there are motion, levels"),
+        ({}, ("--by", "motion"), "--by motion: the table needs columns such as gyro_x, gyro_y, gyro_z"),
+        ({}, ("--by", "levels"), "--by levels: the table needs a column bssid and one of levels"),
+        ({}, ("--by", "sound"), "--by sound: unknown method; choose one of motion, levels"),
         (
             {"acc_x": 1.0, "acc_y": 2.0, "acc_z": 9.0},
             ("--by", "motion"),
@@ -171,7 +171,7 @@ def test_a_recorders_clock_that_cannot_be_tells_nothing(
     folder = tmp_path / f"floor_{result['floor']}" / result["device"] / result["session"]
     folder.mkdir(parents=True)
     (folder / "session.json").write_text(json.dumps({"start": {"wall_ms": wall_ms, "boot_ns": 0}}))
-    with pytest.raises(UsageError, match="nothing tells how they relate"):
+    with pytest.raises(UsageError, match="their offset is unknown"):
         label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
 
 
@@ -193,14 +193,14 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
         ("time,co2\n1,2\n", ("--time-column", "when"), "there is no such column; the table has: time, co2"),
         ("time,co2\nnoon,2\n", (), "column time: contains no readable time"),
         ("time,co2\n2022-01-14T16:35:30,2\n", (), "has no time zone; pass it with --zone, such as Europe/Berlin"),
-        ("time,co2\n1700000000,2\n", (), "nothing tells how they relate: give --survey"),
+        ("time,co2\n1700000000,2\n", (), "their offset is unknown. Use --survey"),
         ("time,co2\n5,2\n", (), "its times are outside every walk in any unit"),
-        ("time,status\n5,2\n", (), "the table has a column status already; rename it"),
+        ("time,status\n5,2\n", (), "the table already has a column status; rename it"),
         ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: expected one of boot, unix"),
-        ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: no clock is so far ahead"),
-        ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: no clock is so far ahead"),
+        ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: the offset is too large"),
+        ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: the offset is too large"),
         ("time,co2\n2022-01-14T16:35:30,2\n", ("--zone", "Europe"), "--zone Europe: is no time zone"),
-        ("time,co2\n5,2\n", ("--session", "Pixel"), "holds no walk whose name holds 'Pixel'"),
+        ("time,co2\n5,2\n", ("--session", "Pixel"), "the folder has no walk with 'Pixel' in its name"),
     ],
 )
 def test_tables_that_cannot_be_labelled(

@@ -184,7 +184,7 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
     station, one = ("--station", tmp_path / "S1.txt"), ("--floor", "1")
     before = bytes_of(tmp_path)
     for further, message in (
-        (one, "nothing to register: give --station, --tape or --clicks"),
+        (one, "there are no measurements; use --station, --tape or --clicks"),
         ((*one, *station), "--station needs known points: --control FILE, or --known ID"),
         ((*one, *station, "--known", "99"), "--known 99: floor 1 has no measured position of this landmark"),
         ((*one, *station, "--control", tmp_path / "one.csv"), "station S1 shares only point A with the building"),
@@ -197,9 +197,9 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
             (*one, *station, "--known", "all", "--shot-sigma-m", "0"),
             "--shot-sigma-m 0.0: Input should be greater than 0",
         ),
-        ((*one, *station, "--known", "all", "--out", site / "floor_1"), "lies among the site's own files"),
+        ((*one, *station, "--known", "all", "--out", site / "floor_1"), "this folder is among the site's own files"),
         ((*one, *station, "--known", "all", "--scale", "some"), "--scale some: expected fixed or free"),
-        (station, "--floor: the site has several (1, 4)"),
+        (station, "--floor: the site has several floors (1, 4)"),
         (("--floor", "9"), "--floor 9: the site does not have this floor; its floors are: 1, 4"),
     ):
         with pytest.raises(Vislam2tagError, match=re.escape(message)):
@@ -213,4 +213,4 @@ def in_process(*arguments: str | Path) -> None:
 
 
 def test_errors_end_the_process_with_2_and_one_line(site: Path) -> None:
-    assert the_error(vislam2tag("register", site, "--floor", "1")).startswith("error: nothing to register")
+    assert the_error(vislam2tag("register", site, "--floor", "1")).startswith("error: there are no measurements")

@@ -74,7 +74,7 @@ def test_the_published_layout_is_described(tmp_path: Path) -> None:
         (floor.number, floor.extent_m, floor.plan) for floor in before.floors
     ]
     assert after.floor(1).georeference is not None
-    assert "is there already" in the_error(vislam2tag("site", "init", root))
+    assert "already exists" in the_error(vislam2tag("site", "init", root))
 
 
 def test_the_mall_of_the_competition(tmp_path: Path) -> None:
@@ -181,12 +181,12 @@ def test_frame_and_title_block_are_not_taken_for_the_building(tmp_path: Path, sc
 def test_the_page_is_taken_where_only_it_has_the_shape_given_or_it_is_asked_for(tmp_path: Path) -> None:
     plan = drawn_floor.framed_pdf(tmp_path)
     size = ("--width-m", "42", "--height-m", "29.7")
-    assert "note: the size was taken for the whole page, whose shape it has" in init(tmp_path / "a", plan, *size)
+    assert "note: the size applies to the whole page, because their shapes match" in init(tmp_path / "a", plan, *size)
     assert "note:" not in init(tmp_path / "b", plan, "--scale", "1:100", "--area", "page")
     for site in ("a", "b"):
         assert read_site(tmp_path / site)[0].floor(1).extent_m == pytest.approx((0, 42, 0, 29.7), abs=0.01)
     done = vislam2tag("site", "init", tmp_path / "c", "--plan", plan, "--width-m", "20", "--height-m", "12")
-    assert "is 1.667, nor has the page; give" in the_error(done)
+    assert "is 1.667, nor has the page. Use" in the_error(done)
 
 
 def test_part_of_an_image_is_taken(tmp_path: Path) -> None:
@@ -206,7 +206,10 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "tells no scale; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m"),
+        (
+            (),
+            "the file has no scale. Use --width-m or --height-m or both, two --point, --distance, --scale or --unit-m",
+        ),
         (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818; give"),
         (("--scale", "1/50"), "--scale 1/50: expected 1:N as printed on the drawing, such as 1:100"),
         (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: expected X,Y,X,Y, two opposite corners"),

@@ -79,7 +79,7 @@ def test_the_user_says_what_stands_for_not_heard(tmp_path: Path) -> None:
         assert "unstated_filler" not in done.stdout
         assert open_dataset(out).readings.collect().height == readings
     asked = vislam2tag("import", tmp_path, "--format", "comford", "--out", tmp_path / "none", "--not-heard", "-98")
-    assert "--not-heard: comford lists only what was heard" in the_error(asked)
+    assert "--not-heard: comford only lists received access points" in the_error(asked)
 
 
 def test_a_table_in_which_all_are_heard_is_no_silent_one(tmp_path: Path) -> None:

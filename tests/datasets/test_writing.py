@@ -99,9 +99,9 @@ def held_table(
         for column in columns:
             having = [name for name in formats if column in _held(name, table)]
             rows.setdefault("all" if len(having) == len(formats) else ", ".join(having) or "none", []).append(column)
-        for at, (having, named) in enumerate(rows.items()):
+        for at, (shared, named) in enumerate(rows.items()):
             listed = "all" if len(rows) == 1 else ", ".join(f"`{column}`" for column in named)
-            lines.append(f"| {table if at == 0 else ''} | {listed} | {having} |")
+            lines.append(f"| {table if at == 0 else ''} | {listed} | {shared} |")
     return "\n".join(lines) + "\n"
 
 

@@ -119,7 +119,8 @@ TASKS: dict[str, tuple[str, str]] = {
 from vislam2tag.api import regular_survey, simulate, site_show
 
 simulate(regular_survey(seed=1, floors=(0,), devices=("Pixel",)), "survey")
-print(site_show("survey").floors[0].name)
+for floor in site_show("survey").floors:
+    print(floor.floor.number, floor.landmarks.total, "landmarks")
 """,
     ),
     "Map walks and label readings": (
@@ -128,7 +129,7 @@ print(site_show("survey").floors[0].name)
 from vislam2tag.api import Settings, process
 
 summary = process("survey", "labels", Settings(strategy="smoother"))
-print(summary.sessions[0].status)
+print(summary.sessions, "walks,", summary.failed, "failed")
 """,
     ),
     "Check and correct": (
@@ -136,8 +137,8 @@ print(summary.sessions[0].status)
         """\
 from vislam2tag.api import check
 
-checked = check("survey")
-print(checked.sessions[0].expected_mean_m)
+for session in check("survey").sessions:
+    print(session.session, session.estimated_m)
 """,
     ),
     "Read surveys and walks": (
@@ -147,7 +148,7 @@ from vislam2tag.api import open_survey, read_session
 
 survey = open_survey("survey")
 session = read_session(survey.sessions[0])
-print(len(session.trajectory.time_ns))
+print(session.key, len(session.camera.time_ns), "frames")
 """,
     ),
     "Build data sets": (
@@ -156,19 +157,28 @@ print(len(session.trajectory.time_ns))
 from vislam2tag.api import dataset, open_dataset
 
 dataset(["labels"], "fingerprints")
-print(open_dataset("fingerprints").fingerprints.collect().height)
+print(open_dataset("fingerprints").fingerprints.collect().head())
 """,
     ),
     "Train and use positioning models": (
         "positioning pipeline.positioning pipeline.paper",
         """\
-from vislam2tag.api import open_dataset, train
+from vislam2tag.api import TrainPlan, train
 
-trained = train(open_dataset("fingerprints"), "model.safetensors")
-print(trained.name)
+trained = train("fingerprints", TrainPlan(model="weighted-knn"), "building.v2t")
+print(trained.saved.name)
 """,
     ),
-    "Process many surveys": ("pipeline.fleet", "from vislam2tag.api import fleet_add, fleet_list\n"),
+    "Process many surveys": (
+        "pipeline.fleet",
+        """\
+from vislam2tag.api import fleet_add, fleet_process
+
+fleet_add("fleet", ["survey"])
+totals = fleet_process("fleet")
+print(totals.sessions, "walks")
+""",
+    ),
     "Simulate": ("simulation", ""),
     "Settings, findings and errors": ("settings common", ""),
 }
@@ -179,7 +189,7 @@ def api_page() -> str:
     """docs/reference/api.md: by task an example, the functions, and the records that they take and return."""
     titles = {prefix: title for title, (prefixes, _) in TASKS.items() for prefix in prefixes.split()}
     names: dict[str, list[str]] = {title: [] for title in TASKS}
-    for module, listed in api.NAMES_BY_MODULE.items():
+    for module, listed in vars(api)["NAMES_BY_MODULE"].items():
         prefix = max((prefix for prefix in titles if f"{module}.".startswith(f"{prefix}.")), key=len)
         names[titles[prefix]] += [each.partition("=")[0] for each in listed.split()]
     parts = [API_HEAD]
@@ -187,6 +197,7 @@ def api_page() -> str:
         parts.append(f"\n## {title}\n" + (f"\n```python\n{example}```\n" if example else ""))
         things = {name: getattr(api, name) for name in sorted(names[title], key=str.lower)}
         first = sorted(things, key=lambda name: isinstance(things[name], type))
+        parts.append(f"\n{', '.join(f'[`{name}`](#{name.lower()})' for name in first)}.\n")
         parts += [
             f"\n### `{name}`\n\n```python\n{_signature(name, things[name])}\n```\n\n{_docstring(things[name])}\n"
             for name in first

@@ -2,6 +2,8 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import yaml
 import vislam2tag
 from tests.docs.finding_pages import finding_texts
 from tests.docs.pages import DOCS, PAGES, TUTORIALS
+from tests.docs.program_pages import TASKS
 from tests.docs.tutorial_pages import tutorial_page
 from vislam2tag.common import findings
 from vislam2tag.common.findings import Severity
@@ -98,3 +101,11 @@ def test_tutorials_run_and_say_what_their_pages_say(name: str, tmp_path: Path) -
     """Pictures are drawn, but not compared: their bytes are the machine's."""
     assert tutorial_page(name, tmp_path) == (DOCS / "tutorials" / f"{name}.md").read_text(encoding="utf-8")
     assert list(tmp_path.glob(f"{name}_*.png"))
+
+
+@pytest.mark.slow
+def test_examples_of_the_interface_run_one_after_the_other(tmp_path: Path) -> None:
+    script = "\n".join(example for _, example in TASKS.values())
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "weighted-knn" in done.stdout

@@ -92,5 +92,5 @@ def test_a_survey_of_another_seed_is_simulated_again(
 
 def test_a_foreign_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
-    with pytest.raises(OutputError, match="holds no demonstration"):
+    with pytest.raises(OutputError, match="does not contain a demonstration"):
         run_demo(tmp_path)

@@ -161,7 +161,7 @@ def test_a_video_is_decoded_once_and_pictures_after_its_end_are_counted(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ((), "nothing to look for"),
+        ((), "no landmarks to search for"),
         (("--tags", "qr"), "one of apriltag-16h5"),
         (("--tags", "apriltag-36h11"), "needs --tag-side-m"),
         (("--images", "nowhere"), "nowhere"),

@@ -96,7 +96,7 @@ def test_a_walk_through_fewer_than_three_fixes_could_not_be_judged(tmp_path: Pat
     found = mapped_kinds(survey, tmp_path / "out")
     assert set(found) & {"unjudged_fixes", "contradicting_fixes"} == ({"unjudged_fixes"} if kept == 2 else set())
     if kept == 2:
-        assert "could not be judged: the walk has 2 known positions" in found["unjudged_fixes"]
+        assert "could not be verified: the walk has 2 known positions" in found["unjudged_fixes"]
 
 
 def test_the_true_fixes_of_a_cart_contradict_steps_that_it_does_not_make(tmp_path: Path) -> None:
@@ -106,8 +106,8 @@ def test_the_true_fixes_of_a_cart_contradict_steps_that_it_does_not_make(tmp_pat
     rolled = [[*row[:2], "0.01", "6.9", "6.9", *row[5:]] if row[1] == "ACC" else row for row in rows]
     file.write_text("".join("; ".join(row) + "\n" for row in rolled), encoding="utf-8")
     message = mapped_kinds(survey, tmp_path / "out")["contradicting_fixes"]
-    assert "check which points were pressed" in message
-    assert "the phone was rolled (on a cart), not carried" in message
+    assert "Check which points were pressed" in message
+    assert "the phone was probably on a cart and not carried" in message
 
 
 def test_without_inertial_readings_nothing_can_be_mapped(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ from tests.surveys import make_survey
 from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
-SEARCHING = "The search for faults is not finished"
-NOTHING = "Nothing is wrong in what was looked at"
+SEARCHING = "The search for faults is still running"
+NOTHING = "No faults were found"
 SCREENS = {
     "wide": ViewportSize(width=1400, height=900),
     "narrow": ViewportSize(width=390, height=844),
@@ -38,7 +38,7 @@ def test_known_faults_stay_open_while_the_search_runs(browser: Browser, faulty: 
         diagnose_tab(page)
         cards = page.locator(".cards > li[data-kind]")
         expect(cards).to_have_count(4, timeout=LATEST_MS)
-        page.get_by_role("button", name="Look for all faults").click()
+        page.get_by_role("button", name="Search for all faults").click()
         expect(page.get_by_text(SEARCHING)).to_be_visible(timeout=LATEST_MS)
         expect(cards).to_have_count(4)
         expect(page.get_by_text(NOTHING)).to_have_count(0)
@@ -49,8 +49,8 @@ def test_known_faults_stay_open_while_the_search_runs(browser: Browser, faulty: 
         expect(page.get_by_text(NOTHING)).to_have_count(0)
 
 
-NONE = ("Not looked at: no walk has labels yet.", "Nicht geprüft: noch keine Aufnahme ist verortet.")
-SOUND = (f"{NOTHING}: ", "In dem, was geprüft wurde, ist nichts falsch: ")
+NONE = ("Not checked: no walk has labels yet.", "Nicht geprüft: noch keine Aufnahme ist verortet.")
+SOUND = (f"{NOTHING}. Checked: ", "Es wurden keine Fehler gefunden. Geprüft: ")
 NOT_JUDGED = (
     "Could not be judged: no walk passes 3 surveyed landmarks",
     "Nicht zu beurteilen: keine Aufnahme kommt an 3 eingemessenen Landmarken vorbei",

@@ -59,7 +59,7 @@ def drops(page: Page, path: Path, wide: int | None) -> None:
     page.locator(".drop").dispatch_event("drop", {"dataTransfer": page.evaluate_handle(DROPPED, [path.name, content])})
     expect(page.get_by_text(path.name)).to_be_visible()
     if wide is None:
-        expect(page.get_by_label("Its scale")).to_have_value("file")
+        expect(page.get_by_label("Scale")).to_have_value("file")
         if path.suffix == ".zip":  # its other level shows that one can be chosen
             expect(page.get_by_label("Level")).to_have_value("0")
             page.get_by_label("Level").select_option("1")
@@ -72,7 +72,7 @@ def drops(page: Page, path: Path, wide: int | None) -> None:
 
 def sets_two_points(page: Page, wide: int) -> None:
     """The distance that is typed follows from where the page says that they are."""
-    middle = page.get_by_role("button", name="Set a point in the middle of the map")
+    middle = page.get_by_role("button", name="Set a point at the centre of the map")
     press(middle)
     move(page, "ArrowRight")
     press(middle)
@@ -94,13 +94,13 @@ def paints_walls(page: Page) -> None:
     """A brush from corner to corner, and a polygon, each corner in the middle of the map; taken back and done again."""
     step(page, "Walls and walkable space")
     area = page.locator("[data-area]")
-    expect(area).to_contain_text("can be walked.")
+    expect(area).to_contain_text("are walkable.")
     whole = area.get_attribute("data-area") or ""
     for tool, keys in (("brush", ["ArrowUp"]), ("polygon", ["ArrowRight", "ArrowUp"])):
         page.get_by_label("Tool").focus()
         page.keyboard.type(tool)
         expect(page.get_by_label("Tool")).to_have_value(tool)
-        corner = page.get_by_role("button", name="Corner in the middle")
+        corner = page.get_by_role("button", name="Set a corner at the centre")
         press(corner)
         for key in keys:
             move(page, key)

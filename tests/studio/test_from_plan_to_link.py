@@ -111,7 +111,7 @@ def scales_a_plan_by_two_clicks(page: Page, pdf: Path) -> None:
 
 def adds_a_plan_that_knows_its_scale(page: Page, dxf: Path) -> None:
     page.locator(".drop input").set_input_files(dxf)
-    expect(page.get_by_label("Its scale")).to_have_value("file")
+    expect(page.get_by_label("Scale")).to_have_value("file")
     assert page.get_by_label("Floor", exact=True).input_value() == "2"
     page.get_by_role("button", name="Add the floor").click()
     expect(page.locator(".drop")).to_be_visible()
@@ -122,7 +122,7 @@ def mends_a_wall(page: Page) -> float:
     """The wall from (5, 0) to (5, 6) is prolonged by the brush, and a door opened by a polygon; returns the area."""
     step(page, "Walls and walkable space")
     area = page.locator("[data-area]")
-    expect(area).to_contain_text("can be walked.")
+    expect(area).to_contain_text("are walkable.")
     whole = float(area.get_attribute("data-area") or "nan")
     page.get_by_label("Tool").select_option("brush")
     extent = extent_of(page, 2)
@@ -134,7 +134,7 @@ def mends_a_wall(page: Page) -> float:
     cut = float(area.get_attribute("data-area") or "nan")
     assert cut == pytest.approx(whole - 50, abs=4)
     page.get_by_label("Tool").select_option("polygon")
-    page.get_by_label("Paints").select_option(label="floor: can be walked")
+    page.get_by_label("Paint as").select_option(label="floor: walkable")
     sound(page)
     for corner in ((4.5, 8), (5.5, 8), (5.5, 9.5)):
         page.mouse.click(*pixel(page, extent, *corner))
@@ -142,8 +142,8 @@ def mends_a_wall(page: Page) -> float:
     page.mouse.dblclick(*pixel(page, extent, 4.5, 9.5))
     expect(area).not_to_have_attribute("data-area", str(cut))
     with page.expect_response("**/api/prepare/walls"):
-        page.get_by_role("button", name="Write into the survey").click()
-    expect(page.get_by_text("The corrections are kept beside the plan.")).to_be_visible()
+        page.get_by_role("button", name="Write to the survey").click()
+    expect(page.get_by_text("The corrections are saved next to the plan.")).to_be_visible()
     kept = float(area.get_attribute("data-area") or "nan")
     assert cut < kept < whole
     return kept
@@ -151,8 +151,8 @@ def mends_a_wall(page: Page) -> float:
 
 def plans_landmarks_and_drags_one(page: Page) -> list[dict[str, Any]]:
     step(page, "Landmarks")
-    page.get_by_label("At most without one (m)").fill("6")
-    page.get_by_label("Number, at least").fill("9")
+    page.get_by_label("Longest way without one (m)").fill("6")
+    page.get_by_label("Minimum number").fill("9")
     with page.expect_response("**/api/prepare/plans") as answer:
         page.get_by_role("button", name="Plan the landmarks").click()
     first = answer.value.json()["landmarks"][0]
@@ -172,28 +172,28 @@ def plans_landmarks_and_drags_one(page: Page) -> list[dict[str, Any]]:
     page.get_by_role("button", name="Undo").last.click()
     expect(told).to_have_attribute("data-error", planned)
     adds_moves_and_takes_one_away_by_keys(page, told, planned)
-    page.get_by_role("button", name="Write into the survey").click()
+    page.get_by_role("button", name="Write to the survey").click()
     expect(page.get_by_text("landmarks were added to the survey.")).to_be_visible()
     landmarks: list[dict[str, Any]] = page.request.get("/api/survey").json()["landmarks"]
     return landmarks
 
 
 def adds_moves_and_takes_one_away_by_keys(page: Page, told: Locator, planned: str) -> None:
-    press(page.get_by_role("button", name="Add one at the middle"))
+    press(page.get_by_role("button", name="Add one at the centre"))
     expect(told).not_to_have_attribute("data-error", planned)
     added = told.get_attribute("data-error") or ""
     page.locator(".map .canvas").focus()
     page.keyboard.press("ArrowRight")
     page.wait_for_timeout(400)
-    press(page.get_by_role("button", name="Move to the middle of the map"))
+    press(page.get_by_role("button", name="Move to the centre of the map"))
     expect(told).not_to_have_attribute("data-error", added)
-    press(page.get_by_role("button", name="Take away"))
+    press(page.get_by_role("button", name="Remove", exact=True))
     expect(told).to_have_attribute("data-error", planned)
 
 
 def makes_sheets(page: Page, count: int) -> None:
     step(page, "Sheets to print")
-    page.get_by_role("button", name="Make the sheets").click()
+    page.get_by_role("button", name="Create the sheets").click()
     expect(page.get_by_text(f"{count} sheets in")).to_be_visible()
     sound(page)
     with page.expect_download() as download:
@@ -208,8 +208,8 @@ def registers(page: Page, files: Sequence[Path]) -> None:
     expect(page.get_by_role("region", name="Residuals").locator("tbody").first.locator("tr")).to_have_count(8)
     expect(page.get_by_text("Arrows on the map")).to_be_visible()
     sound(page)
-    page.get_by_label("Replace other positions").check()
-    page.get_by_role("button", name="Write into the survey").click()
+    page.get_by_label("Replace existing positions").check()
+    page.get_by_role("button", name="Write to the survey").click()
     expect(page.get_by_text("Written: floor_2/marker_dict.csv")).to_be_visible()
     page.get_by_role("button", name="Deutsch").click()
     expect(page.get_by_text("Positions from surveyors")).to_have_count(0)
@@ -231,7 +231,7 @@ def walks_on(survey: Path, out: Path) -> list[bytes]:
 def has_nothing_to_share_yet(page: Page) -> None:
     """What a job says that fails stays on the page."""
     open_tab(page, "Share", click)
-    page.get_by_role("button", name="Make the data set").click()
+    page.get_by_role("button", name="Build the data set").click()
     expect(page.get_by_role("alert")).to_contain_text("survey")
     page.get_by_role("alert").get_by_role("button", name="Close").click()
 
@@ -257,8 +257,8 @@ def receives_walks_and_shows_what_is_covered(page: Page, walks: Sequence[bytes])
     drawn = page.request.get("/api/layers/gaps?floor=2").json()["features"]
     assert {feature["shape"] for feature in drawn} == {"area", "line", "point"}
     assert drawn[-1]["coordinates"] == [places[-1]]
-    floor.get_by_role("button", name="Go here next").click()
-    page.get_by_role("button", name="Receive no more").click()
+    floor.get_by_role("button", name="Show where to walk next").click()
+    page.get_by_role("button", name="Stop receiving").click()
     expect(page.get_by_role("button", name="Receive from phones")).to_be_visible()
     with pytest.raises(httpx.ConnectError):
         hand_over(collecting, walks[0])
@@ -285,11 +285,11 @@ def corrects_the_swapped_landmarks(page: Page, ids: set[str]) -> None:
 
 def shares_data_set_and_page(page: Page) -> None:
     open_tab(page, "Share", click)
-    page.get_by_label("Without names of networks").check()
-    page.get_by_label("Addresses of networks hashed").check()
-    page.get_by_role("button", name="Make the data set").click()
-    page.get_by_role("button", name="Make the page").click()
-    for part, file in (("Data set", "report.html"), ("Page of files", "index.html")):
+    page.get_by_label("Remove network names (SSID)").check()
+    page.get_by_label("Hash network addresses (BSSID)").check()
+    page.get_by_role("button", name="Build the data set").click()
+    page.get_by_role("button", name="Build the page").click()
+    for part, file in (("Data set", "report.html"), ("Static page", "index.html")):
         expect(page.get_by_role("region", name=part).get_by_role("status")).to_contain_text(f"open {file} in")
     sound(page)
 
@@ -300,7 +300,7 @@ def follows_a_link(browser: Browser, folder: Path) -> None:
         with shown(browser, url, 1200) as (page, answers):
             page.locator(".list .row").nth(1).click()
             page.locator(".time .slider").fill("21.5")
-            page.get_by_role("button", name="Link to this moment").click()
+            page.get_by_role("button", name="Copy link to this moment").click()
             link = page.url.partition("#")[2]
             assert link.endswith("&t=21.5")
             expect(page.get_by_text(WHOLE)).to_have_count(0)

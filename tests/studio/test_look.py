@@ -128,7 +128,7 @@ def test_places_beside_each_other_are_one_area_with_holes() -> None:
 
 
 def test_walks_mapped_together_are_refused_before_anything_is_looked_at(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="maps each walk alone"):
+    with pytest.raises(UsageError, match="processes each walk separately"):
         Workspace(tmp_path / "survey", tmp_path / "labels", Settings(together=True))
 
 

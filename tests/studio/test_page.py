@@ -145,7 +145,7 @@ def correct_all(page: Page, act: Act) -> None:
         act(page.locator(f"li[data-kind={kind}]").get_by_role("button", name="Correct"))
         expect(page.locator(f"li[data-kind={kind}]")).to_have_count(0, timeout=LATEST_MS)
         idle(page)
-    expect(page.get_by_text("Nothing is wrong in what was looked at")).to_be_visible(timeout=LATEST_MS)
+    expect(page.get_by_text("No faults were found")).to_be_visible(timeout=LATEST_MS)
 
 
 def errors_m(folder: Path) -> dict[str, float]:
@@ -199,7 +199,7 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
         assert corrections.read_text() == text
         assert max(errors_m(folder).values()) < NEAR_M
 
-        flip = page.get_by_role("button", name="Before / after")
+        flip = page.get_by_role("button", name="Switch before / after")
         for output in ("before", "labels"):
             with page.expect_response(lambda answer, output=output: f"/api/tracks?output={output}" in answer.url):  # type: ignore[misc]
                 act(flip)
@@ -207,7 +207,7 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
         open_tab(page, "Compare", act)
         choose(page.get_by_label("Second"), "before the last change", act)
         act(page.get_by_role("button", name="Compare", exact=True))
-        expect(page.get_by_label("Line between the two maps")).to_be_visible(timeout=LATEST_MS)
+        expect(page.get_by_label("Divider between the two maps")).to_be_visible(timeout=LATEST_MS)
         rows = page.get_by_role("region", name="Walks").locator("tbody tr")
         expect(rows).to_have_count(12)
 
@@ -240,9 +240,9 @@ def test_labels_that_are_missing_are_made(browser: Browser, faulty: Path, tmp_pa
         walks = page.locator(".list .row")
         count = walks.count()
         expect(walks.filter(has_text="no labels")).to_have_count(count)
-        page.get_by_role("button", name=f"Make the labels of {count} walks").click()
+        page.get_by_role("button", name=f"Process {count} walks").click()
         expect(walks.filter(has_text="% labelled")).to_have_count(count, timeout=LATEST_MS)
-        expect(page.get_by_role("button", name="Make the labels of")).to_have_count(0)
+        expect(page.get_by_role("button", name="with missing or outdated labels")).to_have_count(0)
         assert len(list((folder / "labels" / "trajectory").glob("*.parquet"))) == count
 
 
@@ -268,7 +268,7 @@ def compares_two_outputs(page: Page) -> None:
     walks = page.get_by_role("region", name="Walks").locator("tbody tr")
     assert [row.locator("td").last.inner_text() for row in walks.all()] == ["4.00"] * 12
     expect(page.get_by_role("row").filter(has_text="strategy")).to_contain_text("one")
-    line = page.get_by_label("Line between the two maps")
+    line = page.get_by_label("Divider between the two maps")
     pictures = {}
     for share in (1, 0, 0.5):
         line.fill(str(share))
@@ -295,7 +295,7 @@ def filters(page: Page) -> None:
     page.get_by_label("Search").fill("2021-12-22")
     expect(rows).to_have_count(2)
     page.get_by_label("Search").fill("nothing like it")
-    expect(page.get_by_text("No walk fits the filter.")).to_be_visible()
+    expect(page.get_by_text("No walk matches the filter.")).to_be_visible()
     page.get_by_label("Search").fill("")
     page.locator(".filters").get_by_label("Device").select_option("")
     page.locator(".filters").get_by_label("Date").select_option("2021-12-21")
@@ -312,7 +312,7 @@ def shows_everything_on_the_map(page: Page) -> None:
     """Each thing to be shown changes the picture: bands, scans, layers, colours, all floors above one another."""
     page.locator(".map-tools summary").click()
     seen = [picture(page)]
-    for name in ("95 % band", "Wi-Fi scans", "Walkable space", "Contradictions"):
+    for name in ("95 % confidence band", "Wi-Fi scans", "Walkable space", "Contradictions"):
         page.get_by_label(name).click()
         seen.append(picture(page))
     for colour in ("sigma", "speed", "session", "device", "age"):
@@ -321,7 +321,7 @@ def shows_everything_on_the_map(page: Page) -> None:
     page.get_by_label("Colour by").select_option("status")
     page.get_by_label("All floors (3-D)").check()
     seen.append(picture(page))
-    page.get_by_label("Turn").fill("1.5")
+    page.get_by_label("Rotate").fill("1.5")
     seen.append(picture(page))
     page.get_by_label("All floors (3-D)").uncheck()
     page.locator(".map-tools summary").click()
@@ -345,7 +345,7 @@ def follows_what_others_change(page: Page, corrections: Path) -> None:
     page.get_by_role("tab", name="Landmarks").click()
     page.locator(".list .row").nth(3).click()
     page.locator(".chosen").get_by_role("button", name="Show the change").first.click()
-    save = page.get_by_role("button", name="Save and map again")
+    save = page.get_by_role("button", name="Save and process again")
     expect(save).to_be_visible(timeout=LATEST_MS)
     theirs = '# theirs\n[[exclude_session]]\nsession = "nobody\'s"\n'
     corrections.write_text(theirs)
@@ -366,7 +366,7 @@ def time_and_span(page: Page) -> None:
     moment = page.locator(".time output")
     expect(moment).to_contain_text("/ 2:", timeout=LATEST_MS)
     expect(page.locator(".strip .landmark").first).to_be_attached()  # keys lead to what has come
-    page.get_by_role("button", name="One second on").click()
+    page.get_by_role("button", name="One second forward").click()
     expect(moment).to_contain_text("0:01.0")
     page.keyboard.press(".")
     expect(moment).to_contain_text("0:02.0")
@@ -382,13 +382,13 @@ def time_and_span(page: Page) -> None:
     page.get_by_label("Jump to").select_option("landmark")
     page.get_by_role("button", name="Next").click()
     expect(moment).not_to_contain_text("0:01.0")
-    page.get_by_role("button", name="Span to here").click()
+    page.get_by_role("button", name="End the span here").click()
     page.get_by_text("Correct this walk").click()
     page.get_by_role("button", name="Exclude the span").click()
     lines = page.get_by_role("dialog")
     expect(lines).to_contain_text("[[exclude_span]]")
     expect(lines).to_contain_text("from_s = 1")
-    expect(lines).to_contain_text("1 walks will be mapped again")
+    expect(lines).to_contain_text("1 walks will be processed again")
     page.get_by_role("button", name="Do not save").click()
 
 
@@ -422,12 +422,12 @@ ENTRIES: dict[str, dict[str, str]] = {
     "swap_landmarks": {"id 1": "3", "id 2": "5"},
     "move_landmark": {"id": "3", "x (m)": "1", "y (m)": "2", "from": "2022-01-10T08:30:00"},
     "shift_clock": {"table": "wifi", "seconds to add": "-0.35"},
-    "rename_landmark": {"id": "3", "becomes": "3 (second)", "walk": "2021-12-21T10:00:00", "to (s)": "20"},
-    "set_landmark_floor": {"id": "3", "becomes": "2"},
+    "rename_landmark": {"id": "3", "change to": "3 (second)", "walk": "2021-12-21T10:00:00", "to (s)": "20"},
+    "set_landmark_floor": {"id": "3", "change to": "2"},
     "landmark_units": {"unit": "ft", "floor": "1"},
     "turn_landmarks": {"floor": "1", "shift (m) 1": "60", "reason": "of an older plan"},
-    "set_floor": {"becomes": "2", "floor": "1"},
-    "set_device": {"becomes": "LG", "device": "Pixel"},
+    "set_floor": {"change to": "2", "floor": "1"},
+    "set_device": {"change to": "LG", "device": "Pixel"},
     "drop_repeated_scans": {},
     "set_tap": {"at (s)": "12.5", "x (m)": "1", "y (m)": "2", "walk": "2021-12-20T09:00:00"},
     "move_control_point": {"id": "0", "x (m)": "1", "y (m)": "2", "floor": "1"},
@@ -466,14 +466,14 @@ def fills_in_every_kind(page: Page) -> None:
     form.get_by_role("button", name="Discard").click()
     form.get_by_label("device", exact=True).fill("nobody's")
     form.get_by_role("button", name="Show the change").click()
-    page.get_by_role("button", name="Save and map again").click()
-    page.get_by_role("button", name="Change", exact=True).click()
+    page.get_by_role("button", name="Save and process again").click()
+    page.get_by_role("button", name="Edit", exact=True).click()
     page.locator(".cards form").get_by_label("reason").fill("too far")
     page.locator(".cards form").get_by_role("button", name="Show the change").click()
     expect(page.get_by_role("dialog")).to_contain_text('+reason = "too far"')
     page.keyboard.press("Escape")
-    page.get_by_role("button", name="Take out").click()
-    page.get_by_role("button", name="Save and map again").click()
+    page.get_by_role("button", name="Remove", exact=True).click()
+    page.get_by_role("button", name="Save and process again").click()
     expect(page.get_by_text("There are no corrections.")).to_be_visible(timeout=LATEST_MS)
     idle(page)
 
@@ -523,7 +523,7 @@ def says_it_in_german(page: Page) -> None:
     assert not set(german) & set(english)
     assert "die Landmarken 2 und 9 von Stockwerk 1 hängen jeweils am Ort der anderen" in german
     page.get_by_role("tab", name="Korrekturen").click()
-    page.get_by_text("Als Text ändern").click()
+    page.get_by_text("Als Text bearbeiten").click()
     page.get_by_label("corrections.toml").fill("[[exclude_span]]\nfloor = 1\nfrom_s = 5\nto_s = 2\n")
     page.locator(".form:has(textarea)").get_by_role("button", name="Änderung zeigen").click()
     expect(page.get_by_role("alert")).to_contain_text("from_s muss kleiner als to_s sein", timeout=LATEST_MS)

@@ -82,7 +82,7 @@ def test_dropped_plans_become_the_floors_that_site_init_makes(studio: Page, fold
     floors = studio.get("/api/survey")["floors"]
     assert [floor["extent_m"] for floor in floors] == [pytest.approx([0, 20, 0, 10], abs=0.3)] * 2
     taken = refused(studio.client.post("/api/prepare/floors", json=ground))
-    assert "has that floor already" in taken
+    assert "already has that floor" in taken
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +127,7 @@ def test_landmarks_are_planned_moved_and_written_as_by_plan(studio: Page, folder
     assert (folder / "survey" / own).read_text() == (by_hand / own).read_text()
     assert len(studio.get("/api/survey")["landmarks"]) == len(held)
     gone = studio.client.post("/api/prepare/plans/change", json={**as_planned, "plan": 99})
-    assert (gone.status_code, gone.json()["message"]) == (409, "the plan is not there any more; plan again")
+    assert (gone.status_code, gone.json()["message"]) == (409, "the plan is no longer available; plan again")
 
 
 @pytest.mark.slow  # of the landmarks that the test before wrote

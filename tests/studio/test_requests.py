@@ -277,7 +277,7 @@ def test_a_change_must_be_json_and_small(page: Page) -> None:
     deep = page.client.post("/api/jobs", content="[" * 100_000, headers={"Content-Type": "application/json"})
     assert deep.status_code == 400
     many = page.client.post("/api/jobs", json={"kind": "process", "sessions": ["nobody"]})
-    assert "there is no session nobody" in many.json()["message"]
+    assert "session nobody does not exist" in many.json()["message"]
     numbers = page.client.get("/api/tracks/window", params={"floor": 1, "left": "nan", "right": 1, "low": 0, "high": 1})
     assert numbers.status_code == 422
     assert page.client.delete("/api/jobs/12345").status_code == 404

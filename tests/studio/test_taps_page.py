@@ -66,7 +66,7 @@ def types_one(page: Page) -> None:
     page.keyboard.type("7.25")
     press(page.locator("section, details").get_by_role("button", name="Show the change").last)
     expect(page.get_by_role("dialog")).to_contain_text("+x = 7.25")
-    press(page.get_by_role("button", name="Save and map again"))
+    press(page.get_by_role("button", name="Save and process again"))
     idle(page)
     (entry,) = entries(page)
     assert entry["x"] == 7.25
@@ -74,10 +74,10 @@ def types_one(page: Page) -> None:
 
 def places_one(page: Page) -> None:
     page.locator(".time .slider").fill(AT_S)
-    page.get_by_role("button", name="Place one at this moment").click()
-    page.get_by_role("button", name="It is in the middle of the map").click()
+    page.get_by_role("button", name="Add a tap at this moment").click()
+    page.get_by_role("button", name="Use the centre of the map").click()
     typed = page.get_by_label("x (m)").input_value()
-    page.get_by_role("button", name="Click its place on the map").click()
+    page.get_by_role("button", name="Click the position on the map").click()
     box = page.locator(".map .canvas").bounding_box()
     assert box is not None
     page.mouse.click(box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"])
@@ -88,15 +88,15 @@ def places_one(page: Page) -> None:
 
 def takes_one_out(page: Page) -> None:
     page.get_by_role("list", name="Taps").locator(".row").last.click()
-    page.get_by_role("button", name="Take this tap out").click()
-    page.get_by_role("button", name="Save and map again").click()
+    page.get_by_role("button", name="Remove this tap").click()
+    page.get_by_role("button", name="Save and process again").click()
     idle(page)
     assert "x" not in entries(page)[-1]
 
 
 def saves(page: Page) -> None:
     page.locator("details", has_text="Taps").get_by_role("button", name="Show the change").click()
-    page.get_by_role("button", name="Save and map again").click()
+    page.get_by_role("button", name="Save and process again").click()
     idle(page)
 
 

@@ -109,7 +109,7 @@ def test_a_mark_is_dragged_nudged_and_removed(page: Page, tmp_path: Path) -> Non
 
 def test_what_cannot_be_a_landmark_is_told(page: Page) -> None:
     page.mouse.click(*screen(page, -0.5, 15.0))
-    assert page.inner_text("#state") == "That is outside the plan"
+    assert page.inner_text("#state") == "This position is outside the plan"
     page.fill("#id", "a,b")
     page.mouse.click(*screen(page, 10.0, 15.0))
     assert "no comma" in page.inner_text("#state")

@@ -50,7 +50,7 @@ def write_page_of_conflicts(folder: Path, found: References = FOUND) -> Path:
 def test_the_odd_one_out_is_named_and_drawn_from_where_the_others_have_it(tmp_path: Path) -> None:
     page = write_page_of_conflicts(tmp_path).read_text("utf-8")
     body = own_part(page).replace("\u00a0", " ").replace("\u202f", " ")
-    assert "<b>1</b> to look at again. Of 3 references 1 agree; for 1 there is nothing to compare." in body
+    assert "Check <b>1</b> measurement. 1 of 3 measurements agree; 1 could not be compared." in body
     assert "it hung &lt;elsewhere&gt;" in body
     assert "A<b>" not in body
     assert not tags_in_figures(page)
@@ -59,7 +59,7 @@ def test_the_odd_one_out_is_named_and_drawn_from_where_the_others_have_it(tmp_pa
     assert drawn["contradicts"]["x"][:2] == [3.0, 3.3]
     assert drawn["contradicts"]["y"][:2] == [4.0, 3.6]
     assert drawn["agree"]["hovertext"] == ["landmark A&lt;b&gt;: 1 agree, 1 contradict"]
-    assert (drawn["nothing to compare"]["x"], drawn["nothing to compare"]["y"]) == ([6.0], [1.0])
+    assert (drawn["not compared"]["x"], drawn["not compared"]["y"]) == ([6.0], [1.0])
 
 
 def test_a_survey_without_walks_that_are_tied_says_so(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def test_cells_are_coloured_by_count_gap_and_walk() -> None:
     assert (near, gap) == ([1, 1, 0, 1, 1], [0, 0, 1, 0, 0])
     assert [classes[2], classes[5]] == [[1, 0, 0, 0, 0], [0, 0, 0, 0, 1]]
     assert tuple(axes.images[0].get_extent()) == (20.0, 30.0, -4.0, -2.0)
-    assert axes.get_title("left") == "Floor 1: 80 % covered, one place lacks"
+    assert axes.get_title("left") == "Floor 1: 80 % covered, one gap"
     assert len(axes.lines) == 1
 
 

@@ -80,7 +80,7 @@ def test_rssi_names_the_offsets_that_are_known() -> None:
     left, right = rssi_by_device(rssi).axes
     assert [label.get_text() for label in left.get_yticklabels()] == ["A&A", "B", "C"]
     assert [label.get_text() for label in right.get_yticklabels()] == ["B", "A&A"]
-    assert "(not known: C)" in right.get_title(loc="left") + right.get_title()
+    assert "(unknown: C)" in right.get_title(loc="left") + right.get_title()
     assert [text.get_text() for text in right.texts] == ["-2.5", "+2.5"]
     assert len(rssi_by_device({"C": rssi["C"]}).axes) == 1
 

@@ -79,7 +79,7 @@ def test_rooms_of_the_plan_are_listed_by_name(text: str, tmp_path: Path) -> None
     )
     words = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", own_part(page)))
     assert "42 m² 36 % 29 % 0 of 1 44 m, 1 min" in words
-    assert "They led into 0 of 1 rooms; never into room &lt;/script&gt;" in words
+    assert "Walks entered 0 of 1 rooms, but not room &lt;/script&gt;" in words
     assert "corridor 30 m² 50 % 40 % yes" in words
     assert not tags_in_figures(page)
     assert "Walkable (plan)" not in text
@@ -93,8 +93,8 @@ def maps(page: str) -> list[dict[str, Any]]:
 def test_totals_table_and_rates_stand_in_the_page(text: str) -> None:
     words = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", own_part(text)))
     assert "44 labelled Wi-Fi fingerprints (92 % of all)" in words
-    assert "22 a person-hour" in words
-    assert "All time on site counts: 2 people, 2.0 person-hours." in words
+    assert "22 per person-hour" in words
+    assert "Effort: 2 people, 2.0 person-hours on site." in words
     assert "Galaxy 2 1.20 72.00 1.00" in words
     assert "repeated readings" in words
     assert "Wi-Fi 10 0 0 0 -41 dBm" in words
@@ -108,7 +108,7 @@ def test_the_page_needs_nothing_else_and_escapes_what_people_wrote(text: str) ->
 def test_gaps_and_the_walk_that_fills_them_are_told_and_drawn(text: str) -> None:
     ground, upper = maps(text)
     names = [trace["name"] for trace in ground["data"]]
-    assert names[-1] == "walk that fills the gaps, 0 m"
+    assert names[-1] == "walk to fill the gaps, 0 m"
     assert not upper["data"][-1]["name"].startswith("walk")
     assert ground["layout"]["images"][0]["sizex"] == 60
     assert re.search(r"Floor 0</a></td><td[^>]*>22<.*?>1 stop|0\u00a0m, 1 stop", own_part(text))
@@ -127,7 +127,7 @@ def test_many_fingerprints_are_thinned_and_the_page_says_so(monkeypatch: pytest.
     page = dataset_page.dataset_page(dataset, dataset_statistics(dataset))
     drawn = [sum(len(t["x"]) for t in figure["data"] if t.get("meta") == "fingerprints") for figure in maps(page)]
     assert drawn == [5, 5]
-    assert "5 of 22 fingerprints are drawn as points." in page
+    assert "5 of 22 fingerprints are shown as points." in page
     assert "1 of 4 walks" in page
 
 
@@ -141,7 +141,7 @@ def test_points_without_walks_sigma_and_dates_have_a_page() -> None:
     points = replace(dataset, tables={**dataset.tables, **tables})
     page = own_part(dataset_page.dataset_page(points, dataset_statistics(points)))
     assert "Sigma of" not in page
-    assert "a minute of walking" not in page
+    assert "per minute of walking" not in page
     assert '<option value="0">' not in page
     assert "Walks by device" not in page
     assert "</b> sessions</li>" in page
@@ -149,7 +149,7 @@ def test_points_without_walks_sigma_and_dates_have_a_page() -> None:
 
 def test_an_empty_set_says_so() -> None:
     empty = replace(small_dataset(), tables={name: empty_table(name).lazy() for name in REQUIRED})
-    assert "holds no fingerprint" in dataset_page.dataset_page(empty, dataset_statistics(empty))
+    assert "does not contain fingerprints" in dataset_page.dataset_page(empty, dataset_statistics(empty))
 
 
 def test_more_devices_than_the_palette_has_keep_colours_of_their_own() -> None:

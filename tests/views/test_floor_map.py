@@ -91,7 +91,7 @@ def test_landmarks_of_this_floor_by_how_well_they_are_known(tmp_path: Path) -> N
     survey = make_survey(tmp_path, plan=False)
     traces = {trace["name"]: trace for trace in parsed(survey, survey.site.floors[1])["data"]}
     assert traces["landmark"]["text"] == ["9", "10", "11", "12", "13", "14"]
-    assert traces["landmark, not surveyed"]["text"] == ["15"]
+    assert traces["landmark (not surveyed)"]["text"] == ["15"]
     assert traces["control point"]["text"] == ["A", "B", "C"]
     assert traces["landmark"]["x"][:2] == [9.0, 42.0]
 

@@ -50,7 +50,7 @@ def test_two_clicks_and_a_distance_give_the_command_that_makes_the_site(
     click(page, *first)
     assert page.inner_text("#state") == "1 of the distance's points to click"
     click(page, *second)
-    assert page.inner_text("#state") == "now type the distance"
+    assert page.inner_text("#state") == "Now type the distance"
     page.fill("#metres", "20,0")
     command = shlex.split(page.inner_text("#command"))
     entry = page.inner_text("#toml")

@@ -59,7 +59,7 @@ def test_a_mapped_walk_draws_its_path_and_the_landmarks_of_its_floor(trajectory:
     axes = drawn.plot()
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["landmark", "ok", "uncertain"]
     assert [text.get_text() for text in axes.texts] == ["7"]
-    with pytest.raises(UsageError, match="floor 2: there is none; there are: 0, 1"):
+    with pytest.raises(UsageError, match="floor 2 does not exist; available floors: 0, 1"):
         drawn.plot(floor=2)
 
 
@@ -69,7 +69,7 @@ def test_a_survey_draws_the_floor_that_is_asked_for(tmp_path: Path) -> None:
     assert "&lt;b&gt;" in survey._repr_html_()
     first = survey.site.floors[0]
     assert survey.plot().get_title() == survey.plot(floor=first.number).get_title() == first.name
-    with pytest.raises(UsageError, match="floor 99: there is none; there are:"):
+    with pytest.raises(UsageError, match="floor 99 does not exist; available floors:"):
         survey.plot(floor=99)
 
 

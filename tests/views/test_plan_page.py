@@ -68,7 +68,7 @@ def test_the_plan_shows_ids_sizes_the_tour_and_what_hangs_already(
     assert {f"{one.id}\n{one.sheet}" for one in summary.landmarks} <= texts
     assert "door" in texts
     labels = axes.get_legend_handles_labels()[1]
-    assert {"tour", "sheet to hang up", "hangs already", "start and end of the tour", "ways"} <= set(labels)
+    assert {"tour", "sheet to hang up", "existing landmark", "start and end of the tour", "ways"} <= set(labels)
     assert f"tour {summary.tour.length_m:.0f} m" in axes.get_title(loc="left")
     assert figure.get_figwidth() == SHEET_IN[0]
     tour = next(line for line in axes.lines if line.get_label() == "tour").get_xydata()

@@ -105,7 +105,7 @@ def test_tables_tell_accuracy_bad_landmarks_and_places(check_page: str) -> None:
         "measure it again",
         "(4.5, 3.5): to 0.25 m",
         "(20.5, 9.5): to 0.27 m",
-        "Positions are expected to be <b>0.30 m</b> off on average",
+        "Expected mean position error: <b>0.30 m</b>",
     ):
         assert wanted in text.replace("\u00a0", " ").replace("\u202f", " ")
 
@@ -174,8 +174,8 @@ def test_the_page_says_what_was_found(evaluation_page: str) -> None:
     for text in (
         "A &lt;survey&gt;",
         "7 sessions (1 failed)",
-        "Against control points",
-        "Best here: <b>smoother</b>",
+        "Errors against control points",
+        "Best strategy: <b>smoother</b>",
         "97\u00a0%",
         "1.23\u00a0cm (smoother)",
         "– (local)",
@@ -184,7 +184,7 @@ def test_the_page_says_what_was_found(evaluation_page: str) -> None:
         "2 presses nobody &lt;knows&gt;",
         "<code>lead_s</code> 0.123",
         "faulty</span>",
-        "By floor and device",
+        "Errors by floor and device",
     ):
         assert text in evaluation_page, text
 

@@ -133,7 +133,7 @@ def test_broken_bytes_in_a_folder_name_do_not_stop_the_report(tmp_path: Path) ->
 
 def test_an_empty_run_and_a_bare_site_have_a_page(tmp_path: Path) -> None:
     survey = make_survey(tmp_path, floors=1, sessions=1, plan=False)
-    assert "There is no session in this run." in written(tmp_path / "a", survey, [])
+    assert "This run contains no sessions." in written(tmp_path / "a", survey, [])
     floor = replace(survey.site.floors[0], width_m=None, height_m=None)
     bare = replace(survey, site=replace(survey.site, floors=(floor,)), findings=())
     assert "Floor 1" in written(tmp_path / "b", bare, make_results(bare))
@@ -196,8 +196,8 @@ def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -
     assert summary.sigma is not None
     assert f"<b>{summary.sigma.median_m:.2f}\u00a0m</b> median sigma of the frames" in page
     assert "(sigma above 0.5 m): they keep their position" in page
-    assert "The truth is known at 2\u202f800 points (truth.csv: 7 sessions)" in page
-    assert "of the errors lie inside the stated 68 % region" in page
+    assert "Ground truth exists at 2\u202f800 points (truth.csv: 7 sessions)" in page
+    assert "of the errors are inside the predicted 68 % region" in page
     assert page.count('class="plot chart"') == 2
     assert "2 of 4 sessions that logged it" in page
     assert page.count('<td class="head">Error</td>') == page.count('<td class="head">Sigma</td>') == 7
@@ -210,7 +210,7 @@ def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -
 
 def test_without_truth_the_page_says_so_and_what_to_do(tmp_path: Path) -> None:
     page = page_of_one(tmp_path, errors=None)
-    assert "No truth is known for these walks" in page
+    assert "There is no ground truth for these walks" in page
     assert "<code>vislam2tag check SURVEY</code>" in page
     assert 'class="plot chart"' not in page
 
@@ -220,9 +220,9 @@ def test_a_strategy_without_uncertainty_is_told_with_its_errors(tmp_path: Path) 
         "truth.csv", np.array([[3.0, 4.0], [0.0, 1.0]]), np.full((2, 2, 2), np.nan), np.zeros((2, 2, 2))
     )
     page = page_of_one(tmp_path, sigma=None, errors=errors, events=[], contradictions=[])
-    assert "The strategy local-corrected states no uncertainty." in page
-    assert "on average <b>3.00\u00a0m</b> off" in page
-    for absent in ('class="plot chart"', "median sigma", "contradict the rest", "Events of the tracker"):
+    assert "The strategy local-corrected does not estimate uncertainty." in page
+    assert "Their mean error is <b>3.00\u00a0m</b>" in page
+    for absent in ('class="plot chart"', "median sigma", "Contradictory landmarks", "Tracker events"):
         assert absent not in page
 
 
@@ -236,7 +236,7 @@ def test_errors_at_control_points_are_told_to_be_small(tmp_path: Path) -> None:
 
 def test_uncertain_time_is_not_lost_time(tmp_path: Path) -> None:
     page = page_of_one(tmp_path, frame_seconds={"ok": 60.0, "uncertain": 30.0, "gap": 10.0})
-    assert "60\u00a0% of the walked time is labelled with a position, 30\u00a0% more with an uncertain one." in page
+    assert "60\u00a0% of the walking time has a position and another 30\u00a0% an uncertain one." in page
     assert "10.0\u00a0s (10\u00a0% of the time) without a position: gap" in page
 
 
@@ -255,7 +255,7 @@ def test_a_floor_that_walks_only_led_to_has_its_map(tmp_path: Path) -> None:
     page = written(tmp_path, survey, results)
     assert page.count('class="part" data-floor="2"') == len(results)
     assert '<section class="floor" id="floor-2">' in page
-    assert "No session starts here; walks from other floors led here." in page
+    assert "No session starts on this floor, but walks from other floors visit it." in page
     assert 'Floors walked</td><td class="text">1, 2</td>' in page
     assert '<section class="floor" id="floor-2">' not in written(
         tmp_path, survey, [result.model_copy(update={"elsewhere": {}}) for result in results]
@@ -280,7 +280,7 @@ def test_a_plan_that_is_no_image_is_said(tmp_path: Path, content: bytes) -> None
     assert plan is not None
     plan.write_bytes(content)
     view = view_of(survey)
-    assert view["notes"] == ["floorplan.jpg cannot be read as an image: a grid is drawn instead."]
+    assert view["notes"] == ["floorplan.jpg cannot be read as an image; the map shows a grid instead."]
     assert "images" not in json.loads(view["figure"])["layout"]
 
 
@@ -288,10 +288,12 @@ def test_a_missing_plan_and_a_plan_of_unknown_size_are_said(tmp_path: Path) -> N
     survey = make_survey(tmp_path, floors=1, sessions=1)
     floor = survey.site.floors[0]
     assert view_of(survey, replace(floor, plan=None))["notes"] == [
-        "There is no plan of this floor: a grid is drawn instead."
+        "This floor has no plan; the map shows a grid instead."
     ]
     view = view_of(survey, replace(floor, width_m=None))
-    assert view["notes"] == ["floorplan.jpg is not drawn, as no file gives the floor's size: a grid is drawn instead."]
+    assert view["notes"] == [
+        "floorplan.jpg is not shown because no file gives the floor's size; the map shows a grid instead."
+    ]
     assert "images" not in json.loads(view["figure"])["layout"]
 
 
@@ -323,5 +325,5 @@ def test_coverage_marks_the_limit_that_is_set(limit_m: float, at: list[float]) -
     mean, p95 = figure["data"]
     assert mean["x"] == p95["x"] == [10, 50, 80, 90]
     assert (mean["y"], p95["y"]) == ([1.0, 0.5, 0.6, 0.7], [2.0] * 4)
-    assert mean["hovertext"][:2] == ["no sigma stated", "sigma up to 0.10 m"]
+    assert mean["hovertext"][:2] == ["no sigma", "sigma up to 0.10 m"]
     assert [shape["x0"] for shape in figure["layout"].get("shapes", [])] == at

@@ -125,9 +125,9 @@ def test_the_expected_error_is_that_of_errors_drawn_with_the_sigmas() -> None:
 
 def test_accuracy_is_told_as_expected_and_as_measured_and_hedged_by_contradictions(summary: Summary) -> None:
     told = accuracy_sentence(summary)
-    assert told.startswith("Positions are expected to be 0.")
-    assert "if landmarks hang where the survey has them" in told
-    assert "at 400 points whose true place is known they are 0." in told
+    assert told.startswith("The expected mean position error is 0.")
+    assert "if the surveyed landmark positions are correct" in told
+    assert "at 400 points with a known true position the mean error is 0." in told
     assert accuracy_sentence(summary.model_copy(update={"sigma": None, "errors": None})) == ""
     plain = accuracy_sentence(summary.model_copy(update={"contradictions": [], "errors": None}))
     assert "if landmarks" not in plain
@@ -142,7 +142,7 @@ def test_each_problem_names_its_place_and_what_to_do(summary: Summary) -> None:
     assert found["floor_1/x.csv: no size"] == "give width and height"
     assert not any("only told" in what for what in found)
     [landmark] = [what for what in found if what.startswith("landmark 3 on floor 1: 1 of ")]
-    assert "2.00 m from where the survey has it" in landmark
+    assert "2.00 m from its surveyed position" in landmark
     named = [one.model_copy(update={"room": "room 2.114"}) for one in summary.contradictions]
     whats = [one.what for one in problems(summary.model_copy(update={"contradictions": named}), site)]
     assert any(what.startswith("landmark 3 on floor 1 (room 2.114): 1 of ") for what in whats)
@@ -157,13 +157,13 @@ def test_walks_that_were_mapped_each_alone_may_tell_one_another_where_they_were(
         return found
 
     several = summary.model_copy(update={"sessions": 3})
-    assert todo(several).startswith(f"{TOGETHER}; or one more landmark near")
+    assert todo(several).startswith(f"{TOGETHER}, or add a landmark nearby")
     joined = several.model_copy(update={"findings": {**several.findings, "told_by_others": 1}})
     for other in (summary, joined, several.model_copy(update={"strategy": "local"})):
-        assert todo(other).startswith("one more landmark near")
+        assert todo(other).startswith("add a landmark nearby")
     unmapped = several.model_copy(update={"frame_seconds": {"ok": 50.0, "no_mapping": 60.0}})
     [advice] = [one.todo for one in problems(unmapped, ()) if "without a position" in one.what]
-    assert advice == f"{TOGETHER}; or pass at least two landmarks on each walk"
+    assert advice == f"{TOGETHER}, or pass at least two landmarks on each walk"
 
 
 def test_joining_helps_where_much_is_unsure(summary: Summary) -> None:

@@ -86,7 +86,7 @@ def test_points_regions_and_residuals_are_drawn() -> None:
     plan, residuals = figure.axes
     assert plan.get_xlim() == (0, 60)
     assert {text.get_text() for text in plan.texts} == {one.point for one in found.landmarks}
-    assert "times as large" in plan.get_title(loc="left")
+    assert "times enlarged" in plan.get_title(loc="left")
     assert sum(patch.get_height() for patch in residuals.patches) == len(found.residuals)  # type: ignore[attr-defined]
     assert rendered(figure, "svg") == rendered(residual_figure(FLOOR, found), "svg")
 

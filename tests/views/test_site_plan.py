@@ -56,5 +56,5 @@ def test_space_and_kinds_of_nodes_are_drawn() -> None:
     (axes,) = figure.axes
     labels = {str(line.get_label()).split(" (")[0] for line in axes.lines}
     assert labels - {"wall", "way", "way in a room"} == {kind.value for kind in NodeKind if kind in graph.kinds}
-    assert "m² can be walked" in axes.get_title(loc="left")
+    assert "m² walkable" in axes.get_title(loc="left")
     assert rendered(figure, "png") == rendered(walkable_figure(FLOOR, space, graph), "png")

@@ -1,5 +1,5 @@
-"""What a command does, from a folder to a folder; ``run`` is what all long jobs need.
+"""The work of each command, from folder to folder; ``run`` contains what all long jobs need.
 
-A survey begins in ``site``; ``labels`` makes tables of its sessions, ``datasets`` data sets of these, ``positioning``
-models of data sets. ``paper`` and ``demo`` take all steps.
+``site`` prepares a survey, ``labels`` labels its sessions, ``datasets`` builds data sets from labels, and
+``positioning`` trains models on data sets. ``paper`` and ``demo`` run all steps.
 """

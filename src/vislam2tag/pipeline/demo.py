@@ -1,4 +1,4 @@
-"""The demonstration: simulate a survey, process it with each strategy, score the labels against the truth."""
+"""The demonstration: simulate a survey, process it with each strategy, and evaluate the labels against the truth."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def run_demo(
 ) -> dict[str, ErrorSummary]:
     """Make ``out/survey``, ``out/STRATEGY`` for each strategy, and ``out/scores.csv`` and ``.json``.
 
-    Returns the label errors at all camera frames by strategy. A survey that an earlier demonstration of this seed left
-    in ``out`` is used again. Raises OutputError where ``out`` holds something else or cannot be written.
+    Returns the label errors at all camera frames by strategy. The survey of an earlier demonstration with this seed
+    in ``out`` is reused. Raises OutputError if ``out`` contains something else or cannot be written.
     """
     out = Path(out)
     _make_survey(out, seed, say)
@@ -53,13 +53,13 @@ def run_demo(
 
 
 def _make_survey(out: Path, seed: int, say: Callable[[str], None]) -> None:
-    """Simulate the survey where ``out`` has none of this seed and of the simulator as it is."""
+    """Simulate the survey unless ``out`` has one with this seed and version of the simulator."""
     key = key_of(seed, code_key(simulate.__module__, regular_survey.__module__))
     if _key_of_survey(out) == key:
         say(f"using the survey of an earlier demonstration in {out / SURVEY}")
         return
     if out.exists() and not _holds_demonstration(out) and not _is_empty(out):
-        raise OutputError(f"{out}: is not empty and holds no demonstration; name a new folder")
+        raise OutputError(f"{out}: the folder is not empty and does not contain a demonstration; choose a new folder")
     say("simulating a survey: 2 floors, 2 phones, 8 walks of 2 minutes")
     with whole_folder(out / SURVEY, lambda _: _holds_demonstration(out)) as survey:
         simulate(regular_survey(seed, floors=(0, 1), sessions=2, duration_s=120.0), survey.path)
@@ -68,7 +68,7 @@ def _make_survey(out: Path, seed: int, say: Callable[[str], None]) -> None:
 
 
 def _is_empty(out: Path) -> bool:
-    """Whether this is a folder with nothing in it but a survey that was never finished."""
+    """Whether this folder only contains an unfinished survey."""
     return out.is_dir() and {path.name for path in out.iterdir()} <= {work_folder_of(out / SURVEY).name}
 
 
@@ -77,7 +77,7 @@ def _holds_demonstration(out: Path) -> bool:
 
 
 def _key_of_survey(out: Path) -> str | None:
-    """What the survey in ``out`` was made of; None where there is none."""
+    """Seed and simulator of the survey in ``out``; None if there is none."""
     try:
         return str(read_json(out / KEY_FILE)["survey"]) if _holds_demonstration(out) else None
     except (OSError, ValueError, KeyError, TypeError):

@@ -1,4 +1,4 @@
-"""A survey from its raw files to a data set: labelled, checked, collected; what is done and unchanged is kept."""
+"""A survey from its raw files to a data set: labels, checks, data set; unchanged results are kept."""
 
 from __future__ import annotations
 
@@ -50,20 +50,20 @@ _OWN = OwnFiles.of(
 _Record = TypeVar("_Record", bound=Record)
 _Made = TypeVar("_Made")
 _StepProgress: TypeAlias = Progress[tuple[str, str | None]]
-"""Hears of each session the step and why it failed, if it did."""
+"""Called for each session with the step and the reason if it failed."""
 
 
 class SurveyRun(Record):
-    """What came out."""
+    """Result of a run."""
 
     labels: Summary
     check: SurveyCheck
     faults: tuple[str, ...]
-    """What is wrong with the survey, a sentence each; `diagnose` tells how it is known and corrects it."""
+    """Faults of the survey, one sentence each; `diagnose` shows the evidence and corrects them."""
     correctable: bool = False
     """Whether `diagnose --apply` is the next step for these faults."""
     kept: tuple[str, ...]
-    """Steps that were done already and whose inputs had not changed."""
+    """Steps that were skipped because they were done and their inputs had not changed."""
 
 
 def run_survey(
@@ -79,10 +79,10 @@ def run_survey(
 ) -> SurveyRun:
     """Make ``labels``, ``diagnosis.json``, ``conflicts.html``, ``check``, ``dataset`` and ``index.html`` in ``out``.
 
-    ``progress`` hears of each session the step and why it failed, if it did; ``tell`` what is odd about the site's
-    files, and what is left out because links lead to it outside the survey. ``landmarks``, ``follow_links`` and
-    ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what
-    the steps raise; what was done before is kept.
+    ``progress`` is called for each session with the step and the reason if it failed. ``tell`` is called with findings
+    about the site's files and with files that are skipped because links lead outside the survey. ``landmarks``,
+    ``follow_links`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what the
+    steps raise; completed steps are kept.
     """
     survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
     settings = settings or Settings()
@@ -153,7 +153,7 @@ def run_survey(
 
 
 def _named(step: str, progress: _StepProgress) -> Progress[SessionCheck | Outcome | DiagnosedSession]:
-    """Progress of one step, which is named to whoever follows all."""
+    """Progress of one step, reported with the step's name."""
     return lambda outcome, total: progress((step, outcome.error), total)
 
 
@@ -199,15 +199,19 @@ def _collect(
 
 
 _LINKS = (
-    (f"{LABELS}/report.html", "Report", "every walk on the plan, what has no position and why, all findings"),
-    (CONFLICTS_PAGE, "Conflicts", "which references agree, and which contradict all others"),
-    (f"{CHECK}/{CHECK_PAGE}", "Check", "how good the labels are, bad landmarks, where one more would help"),
+    (
+        f"{LABELS}/report.html",
+        "Report",
+        "every walk on the plan, frames without position and their causes, all findings",
+    ),
+    (CONFLICTS_PAGE, "Conflicts", "which measurements of landmarks agree, and which contradict the others"),
+    (f"{CHECK}/{CHECK_PAGE}", "Check", "accuracy of the labels, bad landmarks, best places for another one"),
     (f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
 )
 
 
 def _kept(path: Path, kind: type[_Record]) -> _Record | None:
-    """What a step wrote before; None where it is not there or damaged, so that it is made again."""
+    """Earlier result of a step; None if it is missing or damaged, so that the step runs again."""
     try:
         return kind.model_validate_json(read_bytes(path))
     except (OSError, ValidationError):
@@ -226,7 +230,7 @@ class _Steps:
         self.kept: list[str] = []
 
     def unless_done(self, step: str, key: str, kept: Callable[[], _Made | None], work: Callable[[], _Made]) -> _Made:
-        """Do a step and note it, unless it was done with this key and what it made is ``kept``; return what it made."""
+        """Run a step and record it, unless it was done with this key and its result is ``kept``; return the result."""
         if self._keys.get(step) == key and (there := kept()) is not None:
             self.kept.append(step)
             return there
@@ -237,6 +241,6 @@ class _Steps:
 
 
 def _labels_key(labels: Path) -> str:
-    """SHA-256 of what labels follow from, by session, and of their outcome."""
+    """SHA-256 of the inputs of labels, by session, and of their outcome."""
     files = [labels / RUN_FILE, *sorted((labels / RESULTS).glob("*.json"))]
     return key_of({path.name: hashlib.sha256(read_bytes(path)).hexdigest() for path in files})

@@ -1,9 +1,9 @@
-"""The studio: a page in the browser on the functions of the command line (docs/project/architecture.md).
+"""The studio: a browser interface to the functions of the command line (docs/project/architecture.md).
 
-A request comes through ``guard`` (who may ask) and ``app`` to one of ``endpoints``, whose answers are the domain's
-records and those of ``messages`` and ``work_messages``. They are made of the ``workspace``, what survey and labels
-(``outputs``) hold now, by ``survey_view``, ``session_view``, ``corrections_view``, ``radio`` and the ``layers``.
-``preparing`` and ``planning`` prepare a survey, ``collecting`` takes sessions over from phones (``receiving``).
-``jobs`` map sessions again, ``events`` tell all pages of it. ``export`` and ``fleet`` write pages of files. ``page/``
-is what the browser loads, built from ``studio/`` at the root of the repository.
+A request passes ``guard`` (access control) and ``app`` to one of ``endpoints``. Answers are records of the domain and
+of ``messages`` and ``work_messages``. ``survey_view``, ``session_view``, ``corrections_view``, ``radio`` and the
+``layers`` create them from the ``workspace``, which is the current state of survey and labels (``outputs``).
+``preparing`` and ``planning`` prepare a survey, and ``collecting`` receives sessions from phones (``receiving``).
+``jobs`` process sessions again, and ``events`` notify all pages. ``export`` and ``fleet`` write static pages. ``page/``
+contains the files for the browser, built from ``studio/`` at the root of the repository.
 """

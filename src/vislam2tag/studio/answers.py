@@ -1,4 +1,4 @@
-"""The server's answers as JSON for a page of files, without what others should not read; each with its file's name."""
+"""The server's answers as JSON files for a static page, without private data."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from vislam2tag.studio.work_messages import ComparisonView, CorrectionsView, Lay
 from vislam2tag.studio.workspace import Workspace
 
 Answer: TypeAlias = tuple[str, FiniteRecord]
-"""The server's address without ``/api/``, what stands behind its question mark as folders; and the answer."""
+"""The server's address without ``/api/``, with query parameters as folders, and the answer."""
 
 
 def shown_outputs(workspace: Workspace) -> list[str]:
-    """Names of the labels that are given: the survey's, and those to compare with."""
+    """Names of the exported labels: those of the survey and of comparisons."""
     return [name for name in workspace.outputs if name != BEFORE]
 
 
 def plan_file(floor: int) -> str:
-    """Where a floor's picture lies."""
+    """Path of a floor's picture."""
     return f"plans/{floor}.png"
 
 
 def survey_answers(workspace: Workspace, radio: Radio | None) -> Iterator[Answer]:
-    """All but those of each walk; ``radio`` None: nothing is heard often enough for maps."""
+    """All answers except those of each walk; ``radio`` is None if no access point has enough readings for maps."""
     view = without_folders(survey_view(workspace))
     yield "survey", _with_plan_files(view)
     yield "sessions", session_list(workspace)
@@ -54,7 +54,7 @@ def survey_answers(workspace: Workspace, radio: Radio | None) -> Iterator[Answer
 
 
 def walk_answer(workspace: Workspace, id: str) -> Answer:
-    """Everything of a walk but its frames and raw files."""
+    """Everything about a walk except its frames and raw files."""
     return f"sessions/{id}", session_detail(workspace, id).model_copy(update={"files": []})
 
 
@@ -72,7 +72,7 @@ def _layer_answers(workspace: Workspace, floors: list[FloorView]) -> Iterator[An
         try:
             views = [LayerView(features=layer.features(workspace, floor.number)) for floor in floors]
         except (SurveyError, UsageError):
-            continue  # the studio itself tells why
+            continue  # the studio itself shows the reason
         except ModuleNotFoundError as error:
             if missing_extra(error) is None:
                 raise
@@ -88,23 +88,23 @@ _ADDRESS = re.compile(r"\b[0-9A-Fa-f]{2}([:-][0-9A-Fa-f]{2}){5}\b")
 
 
 def export_privacy(key: bytes | None) -> Privacy:
-    """The data set's rules: no names of networks, none that opted out, addresses hashed, without a key by a new one."""
+    """The privacy rules of data sets: no names, no networks that opted out, and hashed addresses."""
     return Privacy(hash_key=key or secrets.token_bytes(32), keep_ssids=False)
 
 
 def without_folders(view: SurveyView) -> SurveyView:
-    """A survey whose folders are told by their names alone."""
+    """A survey with names of folders instead of paths."""
     outputs = [_without_folder(output) for output in view.outputs]
     return view.model_copy(update={"root": view.name, "labels": _name(view.labels), "outputs": outputs})
 
 
 def compared_without_folders(view: ComparisonView) -> ComparisonView:
-    """A comparison whose folders are told by their names alone."""
+    """A comparison with names of folders instead of paths."""
     return view.model_copy(update={"a": _without_folder(view.a), "b": _without_folder(view.b)})
 
 
 def without_reasons(view: CorrectionsView) -> CorrectionsView:
-    """Entries without what people wrote beside them: reasons, and the comments of the text."""
+    """Entries without reasons and comments."""
     entries = [
         entry.model_copy(update={"values": {name: value for name, value in entry.values.items() if name != REASON}})
         for entry in view.entries
@@ -113,12 +113,12 @@ def without_reasons(view: CorrectionsView) -> CorrectionsView:
 
 
 def without_addresses(text: str) -> str:
-    """A text in which nobody reads the addresses of radios."""
+    """A text without addresses of radios."""
     return _ADDRESS.sub("(address)", text)
 
 
 def hidden_texts(workspace: Workspace) -> list[str]:
-    """What sentences about a survey must not show: folders of its files, and the reasons of its corrections."""
+    """Texts to hide in sentences about a survey: folders of its files, and reasons of its corrections."""
     here = {str(folder) for place in (workspace.root, workspace.out) for folder in (place, place.resolve())}
     folders = here | {with_addresses(folder) for folder in here}
     corrections = workspace.now.corrections
@@ -130,7 +130,7 @@ def hidden_texts(workspace: Workspace) -> list[str]:
 
 
 def json_without(record: FiniteRecord, hidden: Sequence[str]) -> bytes:
-    """A record as JSON, of whose texts the hidden ones are taken out and addresses of radios replaced."""
+    """A record as JSON, without hidden texts and with addresses of radios replaced."""
     text = record.model_dump_json()
     for one in hidden:
         text = text.replace(_quoted(one), "")
@@ -138,7 +138,7 @@ def json_without(record: FiniteRecord, hidden: Sequence[str]) -> bytes:
 
 
 def _quoted(text: str) -> str:
-    """A text as it stands within JSON."""
+    """A text as escaped in JSON."""
     return json.dumps(text, ensure_ascii=False)[1:-1]
 
 

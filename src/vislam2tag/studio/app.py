@@ -38,9 +38,9 @@ from vislam2tag.studio.workspace import Workspace
 
 _Record = TypeVar("_Record", bound=FiniteRecord)
 BODY_S = 30.0
-"""A request's body must be whole so soon ..."""
+"""Time limit for a request's body ..."""
 FILE_S = 600.0
-"""... and a file."""
+"""... and for a file."""
 _CODES: dict[type[Exception], tuple[int, str]] = {
     ChangedMeanwhileError: (409, "stale"),
     ConflictError: (409, "conflict"),
@@ -53,7 +53,7 @@ _HTTP_CODES = {403: "forbidden", 404: "not_found", 405: "method"}
 
 
 class RefusedError(Exception):
-    """An answer other than what was asked for."""
+    """An answer that refuses a request."""
 
     def __init__(self, status: int, code: str, message: str, conflicts: Sequence[Conflict] = ()) -> None:
         super().__init__(message)
@@ -61,7 +61,7 @@ class RefusedError(Exception):
 
 
 def studio_app(studio: Studio) -> Starlette:
-    """The application that a server runs; it looks at the survey's files as long as it runs."""
+    """The application that a server runs; it watches the survey's files while it runs."""
 
     @asynccontextmanager
     async def lifespan(_app: Starlette) -> AsyncIterator[None]:
@@ -101,7 +101,7 @@ async def _asset(request: Request) -> Response:
     name = str(request.path_params["name"])
     file = next((file for file in (PAGE / "assets").glob("*") if file.name == name), None)
     if file is None:
-        raise RefusedError(404, "not_found", "there is no such file")
+        raise RefusedError(404, "not_found", "this file does not exist")
     return FileResponse(file, headers={"Cache-Control": "no-cache"})
 
 
@@ -110,7 +110,7 @@ async def _enter(studio: Studio, request: Request) -> Response:
     token = (await _body_record(EnterRequest, request)).token
     cookie = studio.guard.enter(token)
     if cookie is None:
-        raise RefusedError(401, "entry_needed", "this address was used already; start the studio again for a new one")
+        raise RefusedError(401, "entry_needed", "this address was already used; restart the studio for a new one")
     return Response(status_code=204, headers={"Set-Cookie": cookie})
 
 
@@ -138,7 +138,7 @@ async def _events(studio: Studio, request: Request) -> Response:
 
 async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Response:
     if endpoint.method == "PUT" and "if-match" not in request.headers:
-        raise RefusedError(428, "invalid", "the header If-Match must hold the version that was changed")
+        raise RefusedError(428, "invalid", "the header If-Match must contain the version that was changed")
     try:
         query = endpoint.query.model_validate(dict(request.query_params))
         body = None if endpoint.body is None else await _body_record(endpoint.body, request)
@@ -155,17 +155,17 @@ async def _answer(studio: Studio, endpoint: Endpoint, request: Request) -> Respo
 def _invalid(error: ValidationError) -> RefusedError:
     problem = error.errors(include_url=False)[0]
     if problem["type"] == "json_invalid":
-        return RefusedError(400, "invalid", "the request is no JSON")
+        return RefusedError(400, "invalid", "the request is not valid JSON")
     place = ".".join(map(str, problem["loc"])) or "the request"
     return RefusedError(422, "invalid", f"{place}: {problem['msg']}")
 
 
 def _refusal(error: Exception) -> RefusedError:
-    """What an endpoint's exception means to the page."""
+    """The refusal for an endpoint's exception."""
     if isinstance(error, ValidationError):
         return _invalid(error)
     if isinstance(error, KeyError):
-        return RefusedError(404, "not_found", f"there is no {error.args[0]}; load the page again")
+        return RefusedError(404, "not_found", f"{error.args[0]} does not exist; reload the page")
     lacks = missing_extra(error) if isinstance(error, ModuleNotFoundError) else None
     if lacks is not None:
         return RefusedError(422, "invalid", f"this {lacks}")
@@ -187,9 +187,9 @@ def _response(request: Request, endpoint: Endpoint, found: FiniteRecord | Binary
 
 
 async def _body_record(kind: type[_Record], request: Request) -> _Record:
-    """Read a body of JSON, which must come soon and be small; empty counts as an empty object."""
+    """Read a JSON body within the limits of time and size; empty counts as an empty object."""
     if request.headers.get("content-type", BODIES[0]).partition(";")[0] != BODIES[0]:
-        raise RefusedError(403, "forbidden", f"this change must come as {BODIES[0]}")
+        raise RefusedError(403, "forbidden", f"this change must be sent as {BODIES[0]}")
     try:
         return kind.model_validate_json(await _body(request, MOST_BODY, BODY_S) or b"{}")
     except ValidationError as error:
@@ -198,7 +198,7 @@ async def _body_record(kind: type[_Record], request: Request) -> _Record:
 
 async def _file(request: Request) -> bytes:
     if request.headers.get("content-type", "").partition(";")[0] != BODIES[1]:
-        raise RefusedError(403, "forbidden", f"a file must come as {BODIES[1]}")
+        raise RefusedError(403, "forbidden", f"a file must be sent as {BODIES[1]}")
     return await _body(request, MOST_FILE, FILE_S)
 
 
@@ -206,9 +206,9 @@ async def _body(request: Request, most: int, seconds: float) -> bytes:
     try:
         return await whole_body(request, most, seconds)
     except BrokenBodyError:
-        raise RefusedError(400, "invalid", "the request broke off") from None
+        raise RefusedError(400, "invalid", "the request was interrupted") from None
     except LargeBodyError:
-        raise RefusedError(413, "too_large", f"a request may bring {most >> 20} MiB") from None
+        raise RefusedError(413, "too_large", f"a request may have at most {most >> 20} MiB") from None
 
 
 async def _refuse(studio: Studio, request: Request, error: Exception) -> Response:
@@ -218,11 +218,11 @@ async def _refuse(studio: Studio, request: Request, error: Exception) -> Respons
         status, code, message = error.status, error.code, error.message
         conflicts = list(error.conflicts)
         if code in ("stale", "conflict"):
-            await studio.events.look()  # the page learns of the file now, and must hear of all that comes after
+            await studio.events.look()  # the page reads the file now, and must get all later events
             corrections = await run_in_threadpool(corrections_view, studio.workspace)
     else:
         status = error.status_code if isinstance(error, HTTPException) else 500
-        code, message = _HTTP_CODES.get(status, "unexpected"), "there is no such address or method"
+        code, message = _HTTP_CODES.get(status, "unexpected"), "this address or method does not exist"
     problem = Problem(code=code, message=message, conflicts=conflicts, corrections=corrections)
     content = problem.model_dump(mode="json")
     return JSONResponse(content, status, {"Cache-Control": "no-store"})
@@ -232,7 +232,7 @@ async def _refuse(studio: Studio, request: Request, error: Exception) -> Respons
 def opened_studio(
     workspace: Workspace, host: str, opened: socket.socket, workers: int
 ) -> Iterator[tuple[str, Starlette]]:
-    """The address with a first token, and the application; its jobs end with the block."""
+    """The address with a first token, and the application; its jobs end at the end of the block."""
     events = Events(workspace.refresh)
     guard = Guard(host, opened.getsockname()[1])
     jobs = JobQueue(workspace, events.publish, workers)

@@ -1,4 +1,4 @@
-"""Sessions that phones hand over while the studio runs, and what of each floor the labelled walks have covered."""
+"""Receives sessions from phones while the studio runs, and measures the coverage of each floor by labelled walks."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ if TYPE_CHECKING:  # which needs this module for pages of files
 
 
 class ReceivedSession(FiniteRecord):
-    """A session that was handed over; ``path`` is its folder in the survey."""
+    """A received session; ``path`` is its folder in the survey."""
 
     path: str
     already: bool
-    """It had been there before."""
+    """It was already there."""
 
 
 class CollectingView(FiniteRecord):
-    """Where phones hand over; without an address they cannot now."""
+    """State of receiving; without an address, it is off."""
 
     url: str | None
     token: str
-    """As it is typed where no camera is at hand."""
+    """Token for typing."""
     code: list[str]
     """Modules of the address's QR code, row by row: 1 is dark."""
     received: list[ReceivedSession]
@@ -55,7 +55,7 @@ class CollectingView(FiniteRecord):
 
 
 class Covered(FiniteRecord):
-    """What of a floor was walked, by the labels; ``note`` says why nothing is known of it."""
+    """Coverage of a floor by the labels; ``note`` says why it is unknown."""
 
     floor: int
     note: str
@@ -65,7 +65,7 @@ class Covered(FiniteRecord):
     """Shares of the walkable space within 2 m, on foot, of a walk and of a Wi-Fi scan."""
     never_entered: list[str]
     minutes_left: float | None
-    """A walk past all that lacks takes so long; None: nothing worth a way lacks."""
+    """Duration of a walk that covers the rest; None: no further walk is needed."""
     next_m: Point | None
     """Its first stop."""
 
@@ -88,15 +88,15 @@ _lock = threading.Lock()
 
 @endpoint("GET", "/api/covered")
 def covered_floors(workspace: Workspace) -> CoveredFloors:
-    """Tell it of each floor with a plan."""
+    """Coverage of each floor with a plan."""
     floors = [floor.number for floor in workspace.now.survey.site.floors if floor.plan is not None]
     return CoveredFloors(floors=[_view(covered(workspace, floor)[0]) for floor in floors])
 
 
 def covered(workspace: Workspace, floor: int) -> FloorCovered:
-    """The record of a floor, and its space to be drawn, None where the record's note says why there is none.
+    """The record of a floor, and its space to draw (None if the record's note says why there is none).
 
-    Both are kept while survey and labels are as they were: list and map are told of one measurement.
+    Both are cached while survey and labels do not change, so that list and map show the same measurement.
     """
     with _lock:
         while True:
@@ -104,7 +104,7 @@ def covered(workspace: Workspace, floor: int) -> FloorCovered:
             if key not in _covered:
                 found = _measured(workspace, floor)
                 if not key.endswith(workspace.refresh().sessions):
-                    continue  # labels came meanwhile: it may hold some of them
+                    continue  # labels changed meanwhile, and it may contain some of them
                 _keep(_covered, key, found)
             return _covered[key]
 
@@ -137,7 +137,7 @@ def _measured(workspace: Workspace, floor: int) -> FloorCovered:
 
 
 def _areas_of(workspace: Workspace, floor: int) -> Areas:
-    """Rooms and corridors of a floor, kept while its plan is as it was; raises SurveyError where there are none."""
+    """Rooms and corridors of a floor, cached while its plan does not change; raises SurveyError if there are none."""
     chosen = workspace.now.survey.site.floor(floor)
     key = f"{workspace.root} {chosen} {plan_stamp(chosen)}"
     if key not in _areas:
@@ -167,16 +167,16 @@ def _view(record: WalkedFloor) -> Covered:
 
 
 MOST_BYTES = 1_000_000_000
-"""Greatest zip taken; it may unpack to eight times as much, as with ``vislam2tag receive``."""
+"""Maximum size of a zip; it may unpack to eight times as much, as with ``vislam2tag receive``."""
 TOLD = 50
-"""Refusals that are still told."""
+"""Number of refusals that are shown."""
 
 
 class Handover:
-    """Takes sessions from phones between :meth:`open` and :meth:`close`; used by several threads."""
+    """Receives sessions from phones between :meth:`open` and :meth:`close`; used by several threads."""
 
     def __init__(self, workspace: Workspace, jobs: JobQueue, publish: Callable[[str, FiniteRecord], None]) -> None:
-        """Listen to nobody yet."""
+        """Prepare without listening."""
         self._workspace, self._jobs, self._publish = workspace, jobs, publish
         self._lock = threading.Lock()
         self._running = ExitStack()
@@ -186,7 +186,7 @@ class Handover:
         self._refused: list[str] = []
 
     def open(self) -> CollectingView:
-        """Let phones on the network hand over; raises OutputError where another program receives for this survey."""
+        """Let phones on the network send sessions; raises OutputError if another program receives for this survey."""
         with self._lock:
             if self._url is None:
                 token = new_token()
@@ -201,14 +201,14 @@ class Handover:
         return self.view()
 
     def close(self) -> CollectingView:
-        """Let nobody hand over any more; what was received stays."""
+        """Stop receiving; received sessions stay."""
         with self._lock:
             self._url, self._token = None, ""
             self._running.close()
         return self.view()
 
     def view(self) -> CollectingView:
-        """What the page shows."""
+        """The state for the page."""
         url = self._url
         rows = segno.make(url, error="m", micro=False).matrix if url is not None else ()
         return CollectingView(
@@ -222,7 +222,7 @@ class Handover:
     def _filed(self, _name: str, filed: FiledSession) -> None:
         self._received.append(seen_as(ReceivedSession, filed))
         self._workspace.refresh()
-        with suppress(UsageError):  # so many jobs wait that one of them maps this session, too
+        with suppress(UsageError):  # too many jobs are waiting, and one of them processes this session, too
             self._jobs.submit(JobRequest(kind="process"))
         self._publish("collecting", self.view())
 

@@ -1,4 +1,4 @@
-"""Corrections and faults as the page sees them: ``corrections.toml`` and its changes, and faults with lines for it."""
+"""Corrections and faults for the page: ``corrections.toml`` and its changes, and faults with lines for it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from vislam2tag.studio.workspace import Snapshot, Workspace
 
 @endpoint("GET", "/api/corrections")
 def corrections_view(workspace: Workspace) -> work_messages.CorrectionsView:
-    """The file as it is."""
+    """The current file."""
     text, version = edits.corrections_text(workspace.root)
     try:
         survey = workspace.corrected(workspace.now.files, edits.corrections_of(text))
@@ -40,10 +40,10 @@ def corrections_view(workspace: Workspace) -> work_messages.CorrectionsView:
 
 @endpoint("POST", "/api/corrections/preview")
 def preview(workspace: Workspace, body: work_messages.PreviewRequest) -> work_messages.Preview:
-    """What changes would make of the file.
+    """The file with changes.
 
-    Raises SurveyError where it could not be used then, ConflictError where someone else changed the same entries after
-    the text that the changes were made from.
+    Raises SurveyError if the result could not be used, ConflictError if someone else has changed the same entries since
+    the text on which the changes are based.
     """
     workspace.refresh()
     saved, version = edits.corrections_text(workspace.root)
@@ -66,10 +66,10 @@ def preview(workspace: Workspace, body: work_messages.PreviewRequest) -> work_me
 
 @endpoint("PUT", "/api/corrections")
 def saved(workspace: Workspace, body: work_messages.CorrectionsText, version: str) -> work_messages.CorrectionsView:
-    """Save a text that was made from a version of the file.
+    """Save a text that is based on a version of the file.
 
-    Raises ChangedMeanwhileError where the file is another now, SurveyError where the text cannot be used for this
-    survey, OutputError where it cannot be written.
+    Raises ChangedMeanwhileError if the file has changed, SurveyError if the text cannot be used for this
+    survey, OutputError if it cannot be written.
     """
     workspace.corrected(workspace.now.files, edits.corrections_of(body.text))
     edits.save_text(workspace.root, body.text, version.strip('"'))
@@ -79,10 +79,10 @@ def saved(workspace: Workspace, body: work_messages.CorrectionsText, version: st
 
 @endpoint("POST", "/api/corrections/undo")
 def undone(workspace: Workspace, body: work_messages.UndoRequest) -> work_messages.Undone:
-    """Take a saved change back in the file as it is now; all that others changed since then stays.
+    """Undo a saved change in the current file; later changes by others stay.
 
-    Raises ConflictError where someone else changed the same entries, SurveyError where the file could not be used then,
-    OutputError where it cannot be written.
+    Raises ConflictError if someone else changed the same entries, SurveyError if the result could not be used,
+    OutputError if it cannot be written.
     """
 
     def without_change(current: str) -> str:
@@ -107,7 +107,7 @@ def correction_tables() -> work_messages.CorrectionTables:
 
 
 def _entries(text: str, survey: Survey) -> list[work_messages.Entry]:
-    """Entries of a text that is the survey's, with why one has no effect."""
+    """Entries of the survey's text, with the reason if one has no effect."""
     idle = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
     return [
         seen_as(
@@ -121,15 +121,15 @@ def _entries(text: str, survey: Survey) -> list[work_messages.Entry]:
 
 
 def _plain(value: object) -> object:
-    """A value as JSON has it."""
+    """A value for JSON."""
     return value.isoformat() if hasattr(value, "isoformat") else value
 
 
 class Diagnoses:
-    """The faults of a workspace: of the last whole diagnosis while nothing has changed since, else of the labels."""
+    """The faults of a workspace: of the last complete diagnosis if it is current, otherwise from the labels."""
 
     def __init__(self, workspace: Workspace) -> None:
-        """Nothing is looked for before it is asked for."""
+        """Start without a search."""
         self._workspace = workspace
         self._quick: tuple[str, list[Fault], Judgement] | None = None
 
@@ -160,7 +160,7 @@ class Diagnoses:
         )
 
     def _not_answered(self, faults: list[Fault]) -> list[Fault]:
-        """Those whose corrections are not all in the file; all of them while the file cannot be read."""
+        """Faults with corrections that are not all in the file; all faults while the file cannot be read."""
         try:
             written = tomllib.loads(edits.corrections_text(self._workspace.root)[0])
         except (SurveyError, tomllib.TOMLDecodeError):
@@ -172,12 +172,12 @@ class Diagnoses:
         ]
 
     def _not_looked_at(self) -> Judgement:
-        why = "no walk has labels yet" if self._workspace.now.survey.sessions else "the survey has no walk yet"
+        why = "no walk has labels yet" if self._workspace.now.survey.sessions else "the survey has no walks yet"
         return Judgement(answer=Answer.NOT_LOOKED_AT, why=why)
 
 
 def _with_open(judgement: Judgement, faults: list[Fault]) -> Judgement:
-    """The answer beside faults of an earlier search that are still open."""
+    """The answer, including faults of an earlier search that are still open."""
     return judgement.model_copy(update={"answer": Answer.WRONG}) if faults else judgement
 
 
@@ -194,13 +194,13 @@ def _is_written(entry: CorrectionEntry, written: Mapping[str, object]) -> bool:
 
 
 def _together(now: list[Fault], before: list[Fault]) -> list[Fault]:
-    """What the labels show, and what the last search found that they do not show: it is open until looked at again."""
+    """Faults from the labels, and other faults of the last search, which stay open until the next search."""
     known = {(fault.kind, fault.floor, *fault.landmarks, *fault.sessions) for fault in now}
     return [*now, *(one for one in before if (one.kind, one.floor, *one.landmarks, *one.sessions) not in known)]
 
 
 def fault_views(faults: list[Fault], now: Snapshot) -> list[work_messages.FaultView]:
-    """Faults in the order of what their corrections bring."""
+    """Faults in the order of the gain of their corrections."""
     places = {
         (floor, name): (float(x), float(y))
         for name, floor, (x, y) in zip(
@@ -215,7 +215,7 @@ def fault_views(faults: list[Fault], now: Snapshot) -> list[work_messages.FaultV
 
 
 def _order(fault: Fault) -> tuple[float, float, float]:
-    """The greater share of frames labelled first, then the smaller error to expect, then the surer."""
+    """Sort key: larger share of labelled frames, then smaller expected error, then higher certainty."""
     gain = fault.gain
     labelled = gain.labelled_after - gain.labelled_before if gain else 0.0
     before, after = (gain.expected_before_m, gain.expected_after_m) if gain else (None, None)
@@ -236,7 +236,7 @@ def _fault_view(fault: Fault, places: Mapping[tuple[int, str], Point], now: Snap
 
 
 def _plain_values(values: Mapping[str, object]) -> dict[str, object]:
-    """Values as JSON has them."""
+    """Values for JSON."""
     return {
         name: value.isoformat() if isinstance(value, date | time) else value
         for name, value in values.items()
@@ -245,7 +245,7 @@ def _plain_values(values: Mapping[str, object]) -> dict[str, object]:
 
 
 def _places(fault: Fault, places: Mapping[tuple[int, str], Point]) -> list[work_messages.FaultPlace]:
-    """Where its landmarks are by the table, and where they are by the walks, where that is told."""
+    """Positions of its landmarks in the table and according to the walks, if known."""
     if fault.floor is None:
         return []
     to: dict[str, Point] = {

@@ -1,7 +1,6 @@
-"""What can be asked of the studio: one function for each endpoint, whose annotations say what it takes and gives.
+"""The endpoints of the studio: one function each, with annotations of input and output.
 
-What plans, prints and adjusts is imported when it is
-first asked for: packages of extras, which the rest does without.
+Planning, printing and adjusting need packages of extras and are imported on first use.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from vislam2tag.studio.workspace import Workspace
 Side: TypeAlias = Annotated[int, Field(ge=64, le=messages.MOST_PIXELS)]
 """Longer side of a picture, pixels."""
 Points: TypeAlias = Annotated[int, Field(ge=2, le=100_000)]
-"""How many points of each series may come, of a walk between two times:"""
+"""Maximum number of points of each series of a walk between two times:"""
 From: TypeAlias = Annotated[float, Field(alias="from")]
 To: TypeAlias = Annotated[float, Field(alias="to")]
 """Seconds after its first frame."""
@@ -38,7 +37,7 @@ To: TypeAlias = Annotated[float, Field(alias="to")]
 
 @dataclass(frozen=True)
 class Studio:
-    """All that answers are made of."""
+    """Data for all answers."""
 
     workspace: Workspace
     jobs: JobQueue
@@ -58,7 +57,7 @@ def _survey(workspace: Workspace) -> messages.SurveyView:
 
 @endpoint("GET", "/api/floors/{number:short}/plan")
 def _plan(workspace: Workspace, number: int, side: Side = 2048, stamp: Text = "") -> Binary:
-    del stamp  # of the plan, by which the browser keeps its picture
+    del stamp  # version of the plan, for the browser's cache
     picture = survey_view.plan_png(workspace.now.survey.site.floor(number), side)
     return Binary(picture, "image/png", {"Cache-Control": "private, max-age=86400"})
 
@@ -94,7 +93,7 @@ def _track(
     start: From = -1e9,
     end: To = 1e9,
 ) -> Binary:
-    del points  # all of them are given
+    del points  # all of them are present
     track = workspace.track(id, output)
     if track is None:
         return Binary(arrow([], tuple(FULL)), ARROW)

@@ -1,4 +1,4 @@
-"""What the server tells all pages without being asked: server-sent events."""
+"""Server-sent events for all pages."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from vislam2tag.common.records import FiniteRecord
 from vislam2tag.studio.messages import Versions
 
 ALIVE_S = 15.0
-"""So often a connection without events gets a comment, so that nothing on the way takes it for dead."""
+"""Interval of comments on idle connections, so that they are not closed on the way."""
 WATCH_S = 1.0
-"""So often files are looked at, which the terminal or another studio may have changed."""
+"""Interval for checking files, which other programs may have changed."""
 _WAITING = 1000
-"""Events kept for a page that takes none; then it is left, and comes again."""
+"""Maximum number of queued events for a page; beyond that it is disconnected, and reconnects."""
 
 
 class Events:
-    """Tells every page that listens; from any thread, once the server runs."""
+    """Sends events to all listening pages, from any thread while the server runs."""
 
     def __init__(self, versions: Callable[[], Versions]) -> None:
-        """Let ``versions`` look whether anything changed."""
+        """Use ``versions`` to check for changes."""
         self._versions, self._last = versions, versions()
         self._listeners: set[asyncio.Queue[str]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
     def publish(self, name: str, record: FiniteRecord) -> None:
-        """Tell all pages."""
+        """Send an event to all pages."""
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(self._tell, _event(name, record))
 
@@ -41,22 +41,22 @@ class Events:
                 self._listeners.discard(queue)
 
     async def watch(self) -> None:
-        """Look at the files again and again, and tell where they changed."""
+        """Check the files repeatedly, and send an event if they changed."""
         self._loop = asyncio.get_running_loop()
         while True:
-            with suppress(OSError):  # a file that is just being replaced
+            with suppress(OSError):  # a file that is being replaced
                 await self.look()
             await asyncio.sleep(WATCH_S)
 
     async def look(self) -> None:
-        """Look at the files now."""
+        """Check the files now."""
         versions = await asyncio.to_thread(self._versions)
         if versions != self._last:
             self._last = versions
             self._tell(_event("versions", versions))
 
     async def stream(self) -> AsyncIterator[str]:
-        """Events for one page, for as long as it listens."""
+        """Events for one page while it listens."""
         queue: asyncio.Queue[str] = asyncio.Queue(_WAITING)
         self._listeners.add(queue)
         try:

@@ -1,7 +1,7 @@
-"""The studio of a survey as static files that only show (docs/how-to/share.md), and what is given away of a survey.
+"""The studio of a survey as static, read-only files (docs/how-to/share.md), and other folders to share.
 
-``answers`` gives the JSON; tables are Parquet, which the page reads by byte ranges: a group's statistics tell its
-sessions, floors and places, so that a walk or a part of a floor is a few ranges of bytes.
+``answers`` provides the JSON. Tables are Parquet files, which the page reads by byte ranges: statistics of row groups
+show their sessions, floors and places, so a walk or a part of a floor needs only a few ranges.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ PROGRAM = "vislam2tag studio"
 DATA = "data"
 PLAN_PIXELS = 2048
 _OUTSIDE_WALKS = 2
-"""Steps of a survey's progress besides those of its walks: what is told of all of them, and radio maps."""
+"""Steps of a survey's progress besides those of its walks: overviews and radio maps."""
 
 
 class ExportRecord(Record):
@@ -61,9 +61,9 @@ class ExportRecord(Record):
     surveys: int
     """One, or those in a fleet's list."""
     sessions: int
-    """Walks that can be looked at; of a fleet those of surveys with labels."""
+    """Walks that can be viewed; for a fleet those of surveys with labels."""
     left_out: int = 0
-    """Sessions and files that are left out, because links lead to them outside their survey."""
+    """Sessions and files that are skipped because links lead to them outside their survey."""
     files: int
     size_bytes: int
 
@@ -77,10 +77,11 @@ def export_survey(
     follow_links: bool = False,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> ExportRecord:
-    """Write a survey's studio; addresses are hashed with ``key``, without one with a new key that nobody keeps.
+    """Write a survey's studio; addresses are hashed with ``key``, or with a new key that is not stored.
 
-    What links lead to outside the survey is left out, of which ``tell`` hears, unless ``follow_links`` is given. Raises
-    SurveyError where nothing remains, OutputError where the folder holds anything else, or cannot be written.
+    ``tell`` is called with files that are skipped because links lead to them outside the survey, unless
+    ``follow_links`` is given. Raises SurveyError if nothing remains, OutputError if the folder contains anything else
+    or cannot be written.
     """
     with new_export(out) as folder:
         write_page(folder, DATA)
@@ -95,7 +96,7 @@ def new_export(out: Path) -> AbstractContextManager[Folder]:
 
 
 def write_page(folder: Folder, data: str) -> None:
-    """Copy the page, with where its data lies and what it may load written into it."""
+    """Copy the page, and insert the address of its data and its content policy."""
     text = read_bytes(PAGE / "index.html").decode()
     notes = (
         f'<meta http-equiv="Content-Security-Policy" content="{CONTENT_POLICY}" />\n'
@@ -115,7 +116,7 @@ def write_survey(
     *,
     follow_links: bool = False,
 ) -> tuple[Finding, ...]:
-    """Write what the page shows of a survey; return what is left out, because links lead to it outside the survey."""
+    """Write the page's data of a survey; return files that are skipped because links to them lead outside it."""
     if not follow_links:
         workspace.leave_out_links()
     outputs = shown_outputs(workspace)
@@ -142,7 +143,7 @@ def write_survey(
 
 
 def recorded(folder: Folder, surveys: int, sessions: int, left_out: Sequence[Finding]) -> ExportRecord:
-    """Mark the folder as whole, and tell what is in it."""
+    """Mark the folder as complete, and return its contents."""
     sizes = [file.stat().st_size for file in folder.path.rglob("*") if file.is_file()]
     record = ExportRecord(
         surveys=surveys,
@@ -156,7 +157,7 @@ def recorded(folder: Folder, surveys: int, sessions: int, left_out: Sequence[Fin
 
 
 def _radio(workspace: Workspace, key: bytes | None, follow_links: bool) -> Radio | None:
-    """Radio maps of the labels as they are; None where nothing is labelled or heard often enough."""
+    """Radio maps of the current labels; None if nothing is labelled or received often enough."""
     try:
         return made_radio(radio_job(workspace, export_privacy(key), follow_links=follow_links))
     except DatasetError:
@@ -164,17 +165,17 @@ def _radio(workspace: Workspace, key: bytes | None, follow_links: bool) -> Radio
 
 
 GROUP_ROWS = 8192
-"""Frames of four minutes or so; and few enough groups for a short list of them at the file's end."""
+"""Rows per group: about four minutes of frames, so that the list of groups at the file's end is short."""
 CHART_POINTS = 2000
 STRIDE = "stride"
-"""In an overview's own notes: every so manieth frame is in it."""
+"""Key of the stride in an overview's metadata."""
 LAYERS_OF_POINT = ("mean_dbm", "heard", "deviation_db", "sigma_db")
 _FRAMES = {"session": np.uint16, **FULL}
 _SERIES = {"session": np.uint16, "series": np.uint8, "t": np.float32, "v": np.float32}
 
 
 def write_output(workspace: Workspace, output: str, folder: Folder, done: Callable[[str], None]) -> None:
-    """Write the walks of an output: all thinned, every frame, scans and charts; ``done`` is told of each walk."""
+    """Write the walks of an output: overview, all frames, scans and charts; ``done`` is called for each walk."""
     columns, stride = overview(workspace, output)
     write_rows(pl.DataFrame(dict(columns)), folder, "overview.parquet", {STRIDE: str(stride)})
     write_rows(scans_table(workspace, output), folder, "scans.parquet")
@@ -207,7 +208,7 @@ def _frames(workspace: Workspace, index: int, output: str) -> pl.DataFrame:
 def _series(workspace: Workspace, index: int, output: str) -> pl.DataFrame:
     try:
         found = session_series(workspace, workspace.now.ids[index], output)
-    except SessionError:  # the list of walks tells it
+    except SessionError:  # the list of walks contains it
         found = {}
     columns = series_columns(found, CHART_POINTS, (-np.inf, np.inf))
     return pl.DataFrame({"session": np.full(len(columns["t"]), index, np.uint16), **columns})
@@ -220,7 +221,7 @@ def write_rows(
     notes: dict[str, str] | None = None,
     group_rows: int = GROUP_ROWS,
 ) -> None:
-    """Write a table as the page reads it, in groups of so many rows; with ``notes`` in the file's own words."""
+    """Write a table for the page in groups of rows, with ``notes`` as metadata of the file."""
     write_parquet(table, folder, name, compression="snappy", row_group_size=group_rows, metadata=notes)
 
 
@@ -228,19 +229,19 @@ DATASET, SHARED_PAGE = "dataset", "page"
 
 
 class SharedFolder(FiniteRecord):
-    """A folder that can be given away."""
+    """A folder that can be shared."""
 
     folder: str
     file: str
-    """What in it a browser opens."""
+    """Its file to open in a browser."""
     files: int
     size_bytes: int
     stale: bool
-    """Labels have been made since."""
+    """There are newer labels."""
 
 
 class SharedView(FiniteRecord):
-    """What was made of the survey; None where nothing was."""
+    """The shared folder of the survey; None if there is none."""
 
     dataset: SharedFolder | None
     page: SharedFolder | None
@@ -249,7 +250,7 @@ class SharedView(FiniteRecord):
 def make_dataset(
     workspace: Workspace, no_ssid: bool, hash_bssid: bool, jobs: int, progress: Progress[SessionStep] = silent
 ) -> None:
-    """Make the data set, after the labels where these are old; addresses are hashed with a key that nobody keeps.
+    """Build the data set, after updating outdated labels; addresses are hashed with a key that is not stored.
 
     Raises what ``vislam2tag dataset`` raises.
     """
@@ -266,13 +267,13 @@ def make_dataset(
 
 
 def make_page(workspace: Workspace, progress: Progress[str] = silent) -> None:
-    """Make the page; raises what ``vislam2tag studio --export`` raises."""
+    """Write the page; raises what ``vislam2tag studio --export`` raises."""
     export_survey(workspace, beside(workspace.root, SHARED_PAGE), progress=progress)
 
 
 @endpoint("GET", "/api/shared")
 def shared_view(workspace: Workspace) -> SharedView:
-    """What lies beside the survey."""
+    """The shared folders next to the survey."""
     dataset, page = (beside(workspace.root, name) for name in (DATASET, SHARED_PAGE))
     results = (workspace.out / RESULTS).glob("*.json")
     newest_ns = max((file.stat().st_mtime_ns for file in results), default=0)

@@ -1,7 +1,7 @@
-"""A fleet's studios in one folder: a list of its surveys to search, and behind each that has labels its studio.
+"""A fleet's studios in one folder: a searchable list of surveys, with a studio for each survey with labels.
 
-``fleet/first.json`` has what the list shows at once, however many surveys there are, ``fleet/catalogue.parquet`` all
-rows, for whoever searches, ``surveys/NAME`` what the page shows of a survey.
+``fleet/first.json`` contains the first rows of the list, ``fleet/catalogue.parquet`` all rows for searching, and
+``surveys/NAME`` the data of a survey.
 """
 
 from __future__ import annotations
@@ -29,36 +29,36 @@ from vislam2tag.studio.workspace import Workspace
 
 LIST = "fleet"
 FIRST_ROWS = 100
-"""Rows that are shown at once."""
+"""Number of rows that are shown at first."""
 
 
 class FleetRow(FiniteRecord):
-    """A survey in the list, by what the catalogue says of it without its errors, which may name files."""
+    """A survey in the list, from the catalogue without its errors, which may contain paths."""
 
     survey: str
     site: str
     floors: int
     devices: str
-    """By comma."""
+    """Separated by commas."""
     first_date: str
-    """As 2026-05-31; empty where no session's name begins with a date."""
+    """For example 2026-05-31; empty if no session's name begins with a date."""
     last_date: str
     sessions: int
     failed: int
     state: str
     labelled_share: float | None
-    """Of the frames; None where none is processed."""
+    """Share of labelled frames; None if none is processed."""
     page: bool
-    """Its walks can be looked at."""
+    """Whether its walks can be viewed."""
 
 
 class FleetView(FiniteRecord):
-    """What the list shows at once."""
+    """The first part of the list."""
 
     name: str
     totals: FleetTotals
     rows: list[FleetRow]
-    """The first of them."""
+    """The first rows."""
 
 
 def export_fleet(
@@ -72,12 +72,12 @@ def export_fleet(
     follow_links: bool = False,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> ExportRecord:
-    """Write the list of a fleet's surveys, or of those named, and the studio of each of them that has labels.
+    """Write the list of a fleet's surveys, or of the named ones, and the studio of each survey with labels.
 
-    ``settings`` gives those of a survey's folder; ``progress`` is told of each survey with labels, ``tell`` of what is
-    left out of it, because links lead to it outside the survey, unless ``follow_links`` is given. Raises UsageError
-    where there is no fleet or none of a name, SurveyError where a survey with labels cannot be opened any more,
-    StoreError where a store cannot be read, OutputError where the folder holds anything else, or cannot be written.
+    ``settings`` returns those of a survey's folder. ``progress`` is called for each survey with labels, ``tell`` with
+    files that are skipped because links lead outside the survey, unless ``follow_links`` is given. Raises UsageError
+    if there is no fleet or no such survey. Raises SurveyError if a survey with labels can no longer be opened,
+    StoreError if a store cannot be read, OutputError if the folder contains anything else or cannot be written.
     """
     catalogue = chosen(Fleet(fleet), only)
     rows = [_row(each) for each in catalogue]
@@ -102,7 +102,7 @@ def export_fleet(
 
 @contextmanager
 def _opened(fleet: Path, name: str, settings: Callable[[Path], Settings]) -> Iterator[Workspace]:
-    """A survey and its labels, fetched where they lie in a store."""
+    """A survey and its labels, fetched if they are in a store."""
     try:
         with (
             survey_at_hand(fleet / SURVEYS / name) as root,

@@ -1,4 +1,4 @@
-"""Who may ask the studio: browsers that entered by a token, at the studio's own address, from its own page."""
+"""Access control of the studio: browsers need a token, the studio's own address, and its own page."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from vislam2tag.common.addresses import EVERYWHERE
 from vislam2tag.studio.receiving.token import new_token
 
 MOST_BODY = 1 << 20
-"""Bytes that a request may bring, but for files."""
+"""Maximum bytes of a request, except for files."""
 BODIES = ("application/json", "application/octet-stream")
-"""Kinds of bodies, which other pages may not send without being asked for leave."""
+"""Content types of bodies, which other pages cannot send without a preflight request."""
 MOST_INVITATIONS = 20
-"""Tokens that nobody has used yet; the oldest goes."""
+"""Maximum number of unused tokens; the oldest is removed."""
 PAGE = Path(__file__).parent / "page"
-"""What the browser loads first."""
+"""The first file for the browser."""
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "font-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'none'"
 )
-"""What the page may load, wherever it lies."""
+"""The page's content policy on any server."""
 HEADERS = {
     "Content-Security-Policy": f"{CONTENT_POLICY}; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -40,17 +40,17 @@ HEADERS = {
 
 @dataclass
 class Guard:
-    """Tokens, each good for one browser, and the cookies that these got for them."""
+    """Tokens, each valid for one browser, and the cookies of these browsers."""
 
     host: str
-    """That the server listens on."""
+    """The address of the server."""
     port: int
     _tokens: list[str] = field(default_factory=list)
     _cookies: set[str] = field(default_factory=set)
 
     @property
     def cookie_name(self) -> str:
-        """Of its own for each port: browsers send one host's cookies to all its ports."""
+        """Differs for each port, because browsers send a host's cookies to all its ports."""
         return f"vislam2tag-studio-{self.port}"
 
     def invite(self) -> str:
@@ -60,7 +60,7 @@ class Guard:
         return token
 
     def enter(self, token: str) -> str | None:
-        """The cookie for a token, which is used up then; None where it is wrong."""
+        """The cookie for a token, which is then used up; None if it is wrong."""
         known = [each for each in self._tokens if hmac.compare_digest(each.encode(), token.encode())]
         if not known:
             return None
@@ -70,7 +70,7 @@ class Guard:
         return f"{self.cookie_name}={cookie}; HttpOnly; SameSite=Strict; Path=/"
 
     def knows(self, header: str) -> bool:
-        """Tell whether a header ``Cookie`` has a cookie of ours."""
+        """Whether a header ``Cookie`` contains a valid cookie."""
         try:
             morsel = SimpleCookie(header).get(self.cookie_name)
         except CookieError:
@@ -78,9 +78,9 @@ class Guard:
         return morsel is not None and any(hmac.compare_digest(each, morsel.value) for each in self._cookies)
 
     def is_own(self, host: str) -> bool:
-        """Tell whether a header ``Host`` names this server, and not a name that somebody lets lead here.
+        """Whether a header ``Host`` names this server, and not a name that an attacker redirects here.
 
-        Nobody can let an address of numbers lead elsewhere, so that any will do where all are listened on.
+        IP addresses cannot be redirected, so any is valid if the server listens on all.
         """
         name, _, port = host.rpartition(":")
         if port != str(self.port):
@@ -95,16 +95,16 @@ class Guard:
         return address.is_loopback or self.host in EVERYWHERE
 
     def refusal(self, method: str, headers: dict[str, str]) -> str | None:
-        """Why a request is from no page of ours; None where it may be."""
+        """Why a request is not from the studio's page; None if it may be."""
         host, origin = headers.get("host", ""), headers.get("origin")
         if not self.is_own(host):
-            return "this address is not the studio's; open the one that the terminal shows"
+            return "this is not the address of the studio; open the address that the terminal shows"
         if origin is not None and origin != f"http://{host}":
             return "another page asked for this"
         if headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none"):
             return "another page asked for this"
         if method in ("POST", "PUT") and headers.get("content-type", "").partition(";")[0] not in BODIES:
-            return f"a change must come as {' or '.join(BODIES)}"
+            return f"a change must be sent as {' or '.join(BODIES)}"
         return None
 
 

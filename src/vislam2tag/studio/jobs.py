@@ -1,6 +1,6 @@
-"""Work in other processes: jobs one after the other, and what takes long while a survey is prepared.
+"""Work in other processes: jobs one after the other, and long computations while a survey is prepared.
 
-Jobs map sessions again, look for faults, make radio maps, and write folders to share.
+Jobs process sessions again, search for faults, create radio maps, and write folders to share.
 """
 
 from __future__ import annotations
@@ -38,24 +38,24 @@ from vislam2tag.studio.work_messages import Job, JobKind, JobRequest
 from vislam2tag.studio.workspace import Workspace
 
 KEPT = 50
-"""Jobs that are still told of when they have ended."""
+"""Number of finished jobs that are still listed."""
 MOST_WAITING = 20
 LOOK_S = 0.2
-"""So often it is looked whether a job was taken back meanwhile."""
+"""Interval for checking whether a job was cancelled."""
 IDLE_S = 3.0
-"""Summary and report are made again when nothing else was asked for so long."""
+"""Summary and report are written again after this idle time."""
 _BEFORE_FILES = ((TRAJECTORY, "parquet"), ("wifi", "parquet"), (RESULTS, "json"))
 
 
 class _CancelledError(Exception):
-    """Somebody took the job back while it ran."""
+    """The job was cancelled while it ran."""
 
 
 class JobQueue:
-    """Does jobs in a thread of its own; :meth:`close` ends it and what it started."""
+    """Runs jobs in its own thread; :meth:`close` ends it and its processes."""
 
     def __init__(self, workspace: Workspace, publish: Callable[[str, FiniteRecord], None], workers: int) -> None:
-        """Start the workers, which import what mapping needs meanwhile."""
+        """Start the workers, which import the mapping code meanwhile."""
         self._workspace, self._publish, self._workers = workspace, publish, workers
         self._jobs: dict[int, Job] = {}
         self._requests: dict[int, JobRequest] = {}
@@ -65,7 +65,7 @@ class JobQueue:
         self._unfinished = False
         """Whether summary and report are older than the labels."""
         self.radio: tuple[Radio, str] | None = None
-        """The last radio maps, and the version of the labels that they were made of."""
+        """The last radio maps, and the version of their labels."""
         self._work_of: dict[JobKind, Callable[[int, ProcessPoolExecutor], None]] = {
             "process": self._process,
             "diagnose": self._diagnose,
@@ -77,13 +77,13 @@ class JobQueue:
         self._thread.start()
 
     def submit(self, request: JobRequest) -> Job:
-        """Let a job wait for its turn; raises UsageError where too many wait or it names no session."""
+        """Queue a job; raises UsageError if too many wait or it names an unknown session."""
         unknown = set(request.sessions or ()) - self._workspace.now.refs.keys()
         if unknown:
-            raise UsageError(f"there is no session {min(unknown)}; look at the list again")
+            raise UsageError(f"session {min(unknown)} does not exist; check the list")
         with self._changed:
             if len(self._waiting) >= MOST_WAITING:
-                raise UsageError(f"{MOST_WAITING} jobs wait already; let some end first")
+                raise UsageError(f"{MOST_WAITING} jobs are already waiting; wait until some have ended")
             number = max(self._jobs, default=0) + 1
             job = Job(
                 id=number, kind=request.kind, state="queued", done=0, total=0, error=None, failed={}, seconds=None
@@ -102,7 +102,7 @@ class JobQueue:
             return list(self._jobs.values())
 
     def cancel(self, number: int) -> Job:
-        """Take a job back: what it did stays; raises KeyError where there is none."""
+        """Cancel a job: its finished work stays; raises KeyError if there is none."""
         with self._changed:
             job = self._jobs[number]
             if number in self._waiting:
@@ -110,7 +110,7 @@ class JobQueue:
         return self._update(number, state="cancelled") if job.state in ("queued", "running") else job
 
     def close(self) -> None:
-        """End all jobs; summary and report are made first where labels are newer."""
+        """End all jobs; outdated summary and report are written first."""
         with self._changed:
             self._stopping = True
             self._waiting.clear()
@@ -131,9 +131,7 @@ class JobQueue:
                 pool = stack.enter_context(worker_pool(self._workers))
                 for _ in range(self._workers):
                     pool.submit(_made_ready, self._workspace.settings)
-                with suppress(
-                    OutputError, BrokenProcessPool
-                ):  # a worker was ended from outside: there are new ones then
+                with suppress(OutputError, BrokenProcessPool):  # a worker was killed, so new ones are started
                     self._work(pool)
 
     def _work(self, pool: ProcessPoolExecutor) -> None:
@@ -155,7 +153,7 @@ class JobQueue:
             self._work_of[job.kind](number, pool)
         except _CancelledError:
             return
-        except Exception as error:  # whatever it is, the server goes on and the page is told
+        except Exception as error:  # on any error, the server continues and the page is notified
             said = str(error) if isinstance(error, Vislam2tagError) else unexpected(job.kind, error)
             self._update(number, state="failed", error=said, seconds=time.monotonic() - began)
             if isinstance(error, OutputError):
@@ -199,7 +197,7 @@ class JobQueue:
             self._publish("labels", NewLabels(sessions=list(ids), version=self._workspace.refresh().labels))
 
     def _keep_before(self, ids: Sequence[str]) -> None:
-        """Keep the labels of sessions as they are: files are replaced whole, so that a second name keeps the first."""
+        """Keep the current labels of sessions: files are replaced atomically, so a hard link keeps the old version."""
         workspace = self._workspace
         before = Folder.at(workspace.outputs[BEFORE].root)
         for id in ids:
@@ -215,7 +213,7 @@ class JobQueue:
             workspace.before_slugs[id] = result.slug
 
     def _diagnose(self, number: int, pool: ProcessPoolExecutor) -> None:
-        del pool  # diagnosis shares its work out itself
+        del pool  # diagnosis starts its own processes
         version, settings = self._workspace.refresh().sessions, self._workspace.settings
         found = diagnose(self._workspace.root, settings, jobs=self._workers, progress=self._counted(number))
         self._workspace.diagnosis = found, version
@@ -242,35 +240,35 @@ class JobQueue:
         make_page(self._workspace, self._counted(number))
 
     def _counted(self, number: int) -> Callable[[object, int], None]:
-        """Tell the page of each step of a job, and break off where it was taken back."""
+        """Report each step of a job to the page, and stop if it was cancelled."""
         done = 0
 
         def progress(_step: object, total: int) -> None:
             nonlocal done
             if self._is_cancelled(number):
                 raise _CancelledError
-            done = done % total + 1  # a further stage counts anew
+            done = done % total + 1  # a further stage starts at zero
             self._update(number, done=done, total=total)
 
         return progress
 
     def _finish(self, pool: ProcessPoolExecutor) -> None:
-        """Make summary and report of the labels as they are."""
+        """Write summary and report of the current labels."""
         self._unfinished = False
         now = self._workspace.now
         if now.problem is None:
-            with suppress(Vislam2tagError):  # the next job, or the command line, makes them
+            with suppress(Vislam2tagError):  # the next job or the command line writes them
                 made = pool.submit(_reduced, now.survey, now.corrections, self._workspace.out, self._workspace.settings)
                 made.result()
 
 
 def _made_ready(settings: ProcessSettings) -> None:
-    """Import what mapping needs; runs in a worker."""
+    """Import the mapping code; runs in a worker."""
     strategy_named(settings.strategy, settings.mapping)
 
 
 def _reduced(survey: Survey, corrections: Corrections, out: Path, settings: ProcessSettings) -> None:
-    """Make summary and report; runs in a worker."""
+    """Write summary and report; runs in a worker."""
     with label_run(OpenedSurvey(survey, corrections, settings), out) as run:
         run.reduced()
 
@@ -280,7 +278,7 @@ _Answer = TypeVar("_Answer")
 
 
 class Worker:
-    """One process, which remembers the plans that it made; it is started with the first work. Used by many threads."""
+    """One process with a cache of its plans, started with the first work. Used by many threads."""
 
     def __init__(self) -> None:
         """Start nothing yet."""
@@ -296,7 +294,7 @@ class Worker:
             self._running.close()
 
     def do(self, work: Callable[_Asked, _Answer], *args: _Asked.args, **values: _Asked.kwargs) -> _Answer:
-        """Call a module's function there; raises what that raises, OutputError where the process was ended."""
+        """Call a module's function there; raises its errors, and OutputError if the process was killed."""
         with self._start:
             if self._pool is None:
                 self._pool = self._running.enter_context(worker_pool(1))
@@ -305,13 +303,13 @@ class Worker:
             return asked.result()
         except BrokenProcessPool:
             self.close()
-            raise OutputError("the process that plans was ended from outside; try again") from None
+            raise OutputError("the planning process was killed; try again") from None
 
     def do_latest(self, work: Callable[_Asked, _Answer], *args: _Asked.args, **values: _Asked.kwargs) -> _Answer:
-        """The same, but only of the last that asked so while others waited; raises OutputError for the rest."""
+        """As :meth:`call`, but only for the last of several waiting callers; raises OutputError for the rest."""
         self._latest += 1
         mine = self._latest
         with self._turn:
             if mine != self._latest:
-                raise OutputError("a later change of the plan has come meanwhile")
+                raise OutputError("a later change of the plan has replaced this one")
             return self.do(work, *args, **values)

@@ -1,4 +1,4 @@
-"""Further layers of the map: what one is, and those that there are; adding one touches one module of ``layers``."""
+"""Registry of further map layers; a new layer only needs one module in ``layers``."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
 
 Features: TypeAlias = Callable[[Workspace, int], list[Feature]]
-"""Draws something of the survey or its labels on a floor; raises SurveyError or UsageError, which the page shows."""
+"""Draws shapes of the survey or its labels on a floor; raises SurveyError or UsageError, which the page shows."""
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer of the map; ``shown`` without being asked for."""
+    """A layer of the map; ``shown``: visible by default."""
 
     name: str
     title: Title
@@ -29,5 +29,5 @@ LAYERS: Registry[Layer] = Registry(plugins.STUDIO_LAYERS)
 
 
 def register(layer: Layer) -> None:
-    """Make a layer known by its name; called once at the end of its own module."""
+    """Register a layer by its name; called once at the end of its module."""
     LAYERS.add(layer.name, layer)

@@ -1,7 +1,7 @@
-"""What the server answers about the survey and its sessions, as JSON, and what stands behind the question mark of its
-addresses; metres, seconds and radians unless a name says else.
+"""JSON answers of the server about the survey and its sessions, and query parameters of addresses.
 
-``openapi.json`` is made of these records, and the page's types of that.
+Units are metres, seconds and radians unless a name has another one. ``openapi.json`` is generated from these records,
+and the types of the page from that.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _View = TypeVar("_View", bound=FiniteRecord)
 
 
 def seen_as(kind: type[_View], source: object, /, **more: object) -> _View:
-    """A record for the page with the fields that it shares with a value, and further ones."""
+    """A record for the page with fields that it shares with another object, and further ones."""
     shared = {name: getattr(source, name) for name in kind.model_fields if name not in more and hasattr(source, name)}
     return kind.model_validate(shared | more)
 
@@ -39,7 +39,7 @@ class Frame(FiniteRecord):
 
 
 class FloorView(FiniteRecord):
-    """A floor and where its plan is."""
+    """A floor and the address of its plan."""
 
     number: int
     name: str
@@ -51,7 +51,7 @@ class FloorView(FiniteRecord):
 
 
 class LandmarkView(FiniteRecord):
-    """A landmark as its file has it, and as corrections for all sessions have it."""
+    """A landmark in its file, and after corrections for all sessions."""
 
     id: str
     floor: int
@@ -62,17 +62,17 @@ class LandmarkView(FiniteRecord):
     heading_rad: float | None
     surveyed: bool
     planned: bool
-    """Whether its position was only planned; it is surveyed only if the settings say that planned ones are used."""
+    """Whether its position is only planned; planned positions count as surveyed only if the settings use them."""
     source: str
     corrected: Point | None
-    """None where corrections leave it where it is, or concern some sessions only."""
+    """None if no correction for all sessions moves it."""
     excluded: bool
     seen_in: int
     """Sessions that logged it."""
 
 
 class ControlPointView(FiniteRecord):
-    """A control point as its file has it, and as corrections have it."""
+    """A control point in its file, and after corrections."""
 
     id: str
     floor: int
@@ -83,7 +83,7 @@ class ControlPointView(FiniteRecord):
 
 
 class StatusView(FiniteRecord):
-    """What a status means; ``code`` is that of the column ``status``."""
+    """The meaning of a status; ``code`` is that of the column ``status``."""
 
     code: int
     label: str
@@ -94,7 +94,7 @@ class StatusView(FiniteRecord):
 
 
 class EventKindView(FiniteRecord):
-    """What a kind of event means."""
+    """The meaning of a kind of event."""
 
     kind: str
     name: str
@@ -103,7 +103,7 @@ class EventKindView(FiniteRecord):
 
 
 class OutputView(FiniteRecord):
-    """Labels of the survey: those that the studio makes, those as they were before, or others to compare with."""
+    """Labels of the survey: those of the studio, the earlier ones, or others for comparison."""
 
     name: str
     folder: str
@@ -118,7 +118,7 @@ class SurveyView(FiniteRecord):
     name: str
     root: str
     labels: str
-    """Folder that labels are made in."""
+    """Folder of the labels."""
     program_version: str
     floors: list[FloorView]
     landmarks: list[LandmarkView]
@@ -130,15 +130,15 @@ class SurveyView(FiniteRecord):
     outputs: list[OutputView]
     strategy: str
     sigma_limit_m: float | None
-    """Positions that are less sure are uncertain; None: there is no limit."""
+    """Positions with a larger sigma are uncertain; None: no limit."""
 
 
 class SessionView(FiniteRecord):
-    """A session in the list; its place there is the number in the column ``session``."""
+    """A session in the list; its index there is the number in the column ``session``."""
 
     index: int
     id: str
-    """For addresses; stays whatever is corrected."""
+    """For addresses; corrections do not change it."""
     slug: str
     folder: SessionKey
     key: SessionKey
@@ -149,9 +149,9 @@ class SessionView(FiniteRecord):
     excluded: bool
     labelled: bool
     stale: bool
-    """Its labels are not those that follow from the corrections now."""
+    """Its labels are outdated."""
     changed: bool
-    """Its labels as they were before the last job are kept."""
+    """Its labels before the last job are kept."""
     error: str | None
     duration_s: float
     distance_m: float
@@ -159,7 +159,7 @@ class SessionView(FiniteRecord):
     labelled_share: float | None
     sigma_median_m: float | None
     error_m: float | None
-    """Mean error, where the truth is known."""
+    """Mean error, if ground truth exists."""
     findings: dict[str, int]
     severity: Severity | None
     events: dict[str, int]
@@ -171,14 +171,14 @@ class SessionView(FiniteRecord):
 
 
 class SessionList(FiniteRecord):
-    """All sessions, those that are left out among them."""
+    """All sessions, including excluded ones."""
 
     version: str
     sessions: list[SessionView]
 
 
 class VisitView(FiniteRecord):
-    """A landmark passed."""
+    """An observed landmark."""
 
     landmark: str
     t: float
@@ -189,7 +189,7 @@ class VisitView(FiniteRecord):
 
 
 class TapView(FiniteRecord):
-    """Where a walk without tracker was at a moment, with its corrections; ``name`` tells where that is from."""
+    """A known position of a walk without tracker at a moment, with its corrections; ``name`` is its source."""
 
     at_s: float
     x: float
@@ -198,14 +198,14 @@ class TapView(FiniteRecord):
 
 
 class TapsView(FiniteRecord):
-    """All of a walk, None where it had a tracker; a correction means the tap within ``same_s`` of its moment."""
+    """All taps of a walk, None if it had a tracker; a correction applies to the tap within ``same_s`` of its moment."""
 
     taps: list[TapView] | None
     same_s: float = SAME_TAP_S
 
 
 class EventView(FiniteRecord):
-    """A step of the tracker that is no motion."""
+    """A jump of the tracker that is not motion."""
 
     kind: str
     t: float
@@ -218,7 +218,7 @@ class EventView(FiniteRecord):
 
 
 class DiscardedView(FiniteRecord):
-    """Frames without a position, where the raw path can be laid over the plan."""
+    """Frames without a position, if the raw path can be aligned with the plan."""
 
     floor: int
     status: str
@@ -234,12 +234,12 @@ class FileView(FiniteRecord):
 
 
 class SessionDetail(FiniteRecord):
-    """Everything of one session but its frames."""
+    """Everything about one session except its frames."""
 
     session: SessionView
     findings: list[Finding]
     corrections: list[str]
-    """Each use, a sentence."""
+    """Applied corrections, one sentence each."""
     files: list[FileView]
     visits: list[VisitView]
     events: list[EventView]
@@ -248,7 +248,7 @@ class SessionDetail(FiniteRecord):
 
 
 class Versions(FiniteRecord):
-    """What tells a page that it shows something old."""
+    """Versions that show a page whether its data is outdated."""
 
     survey: str
     sessions: str
@@ -257,7 +257,7 @@ class Versions(FiniteRecord):
 
 
 class NewLabels(FiniteRecord):
-    """Sessions whose labels are new, by their ids."""
+    """Ids of sessions with new labels."""
 
     sessions: list[str]
     version: str

@@ -1,4 +1,4 @@
-"""``openapi.json`` of the studio, which the types of the page are made of.
+"""``openapi.json`` of the studio, the source of the page's types.
 
 Written by ``python -m vislam2tag.studio.openapi FILE``.
 """
@@ -26,12 +26,12 @@ _REFERENCE = "#/components/schemas/{model}"
 
 _EVENTS: set[type[FiniteRecord]] = {NewLabels, Problem, Versions}
 _OF_EXPORTS: set[type[FiniteRecord]] = {FleetView}
-"""What only exported pages read."""
+"""Records that only exported pages read."""
 _FURTHER: set[type[FiniteRecord]] = {EnterRequest}
 
 
 def openapi() -> dict[str, Any]:
-    """The description of all endpoints that answer or take JSON, and of the records in events."""
+    """The description of all endpoints with JSON input or output, and of the records in events."""
     given: set[type[FiniteRecord]] = {e.gives for e in ENDPOINTS if e.gives is not None}
     taken: set[type[FiniteRecord]] = {e.body for e in ENDPOINTS if e.body is not None}
     records = [
@@ -103,7 +103,7 @@ def _name(record: type[FiniteRecord]) -> str:
 
 
 def main() -> None:
-    """Write the description into the file that the command names."""
+    """Write the description to the file of the command."""
     write_file(Path(sys.argv[1]), json.dumps(openapi(), indent=1, sort_keys=True) + "\n")
 
 

@@ -1,5 +1,6 @@
-"""Labels in output folders of ``process``: read on request, kept in memory while they are unchanged, and trajectories
-as columns of small numbers, thinned for a whole survey or in full, as Arrow for the page.
+"""Labels in output folders of ``process``, read on request and cached while unchanged.
+
+Trajectories are sent to the page as Arrow columns, thinned for a whole survey or in full.
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ from vislam2tag.quality.evaluation.truth import walking_velocity
 
 LABELS, BEFORE = "labels", "before"
 KEPT_BYTES = 400_000_000
-"""Of tracks in memory."""
+"""Maximum memory of cached tracks."""
 _SCAN_COLUMNS = ("scan", "time_ns", "x", "y", "floor", "status")
 
 
 @dataclass
 class _Kept:
-    """What was read of a file, by its folder and session, while the file is as it was; the oldest goes."""
+    """Cache of file contents by folder and session, valid while the file does not change."""
 
     most_bytes: int
     _items: OrderedDict[tuple[Path, str], tuple[int, Track]] = field(default_factory=OrderedDict)
@@ -62,14 +63,14 @@ _tracks = _Kept(KEPT_BYTES)
 
 @dataclass
 class Output:
-    """The labels in one folder; ``slugs`` tells under which names a session may lie in it."""
+    """The labels in one folder; ``slugs`` are the possible names of a session."""
 
     name: str
     root: Path
     _results: dict[str, tuple[int, SessionResult]] = field(default_factory=dict)
 
     def stamp(self) -> str:
-        """What changes whenever labels do; empty where there are none."""
+        """Version of the labels; empty if there are none."""
         try:
             with os.scandir(self.root / RESULTS) as entries:
                 found = sorted((entry.name, entry.stat().st_mtime_ns) for entry in entries)
@@ -78,15 +79,15 @@ class Output:
         return hashlib.sha256(repr(found).encode()).hexdigest()[:16]
 
     def strategy(self) -> str:
-        """The strategy that labelled; empty where that is not told."""
+        """The strategy of the labels; empty if unknown."""
         return str(self.settings().get("strategy", ""))
 
     def settings(self) -> dict[str, object]:
-        """Settings that labels follow from; none where they are not told."""
+        """Settings of the labels; empty if unknown."""
         return settings_of_output(self.root)
 
     def result(self, slugs: Sequence[str]) -> SessionResult | None:
-        """The result under the first of these names that there is one of."""
+        """The first existing result under these names."""
         for slug in slugs:
             stamp = _stamp(self.root / RESULTS / f"{slug}.json")
             kept = self._results.get(slug)
@@ -99,7 +100,7 @@ class Output:
         return None
 
     def track(self, result: SessionResult) -> Track | None:
-        """The frames of a session; None where it has none, or while they are written."""
+        """The frames of a session; None if it has none, or while they are being written."""
         stamp = _stamp(self.root / TRAJECTORY / f"{result.slug}.parquet")
         key = (self.root, result.slug)
         track = _tracks.get(key, stamp)
@@ -129,17 +130,17 @@ class Output:
 
 
 def start_ns_of(result: SessionResult, table: pl.DataFrame) -> int:
-    """Time of the walk's first frame, from which corrections count.
+    """Time of the walk's first frame, which is the origin of times in corrections.
 
-    The result's is the first that is not left out: where the walk begins with frames that are invalid, a correction may
-    leave them out, and the table's first frame counts.
+    The result contains the first frame that is not excluded. If corrections exclude invalid frames at the start, the
+    table's first frame counts.
     """
     first = int(table["time_ns"][0]) if len(table) else 0
     return min(first, result.start_ns) if result.start_ns is not None else first
 
 
 def _stamp(path: Path) -> int:
-    """When a file was written; 0 where there is none."""
+    """Modification time of a file; 0 if there is none."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -149,11 +150,11 @@ def _stamp(path: Path) -> int:
 Columns: TypeAlias = Mapping[str, npt.NDArray[Any]]
 ARROW = "application/vnd.apache.arrow.stream"
 OVERVIEW_POINTS = 120_000
-"""Of all sessions together, drawn at once by any machine with a browser."""
+"""Positions of all sessions together, few enough to draw at once in any browser."""
 WINDOW_POINTS = 400_000
-"""Of one window at most; the page asks for fewer."""
+"""Maximum number of positions in one window; the page requests fewer."""
 LONGEST_GAP_S = 1.0
-"""A path is interrupted where there is no frame for longer."""
+"""Longer gaps between frames interrupt a path."""
 TABLE_COLUMNS = tuple(name for name in SCHEMAS[TRAJECTORY] if name not in ("device", "session"))
 FULL = {
     "frame": np.uint32,
@@ -164,13 +165,13 @@ FULL = {
     **dict.fromkeys(("sigma", "cov_xx", "cov_xy", "cov_yy", "speed", "heading"), np.float32),
     "path": np.uint32,
 }
-"""Columns of a session's track, metres, seconds and radians; NaN: not known."""
+"""Columns of a session's track in metres, seconds and radians; NaN: unknown."""
 OVERVIEW = tuple(name for name in FULL if not name.startswith("cov_") and name != "heading")
 
 
 @dataclass(frozen=True)
 class Track:
-    """The columns of one session, one row a frame in the order of the file: those of :data:`FULL`.
+    """The columns :data:`FULL` of one session, with one row per frame in the order of the file.
 
     ``path`` numbers the unbroken stretches of frames with a position, from 0; frames without a position have the number
     of the stretch before.
@@ -178,14 +179,14 @@ class Track:
 
     columns: Columns
     start_ns: int
-    """Time of the walk's first frame on the phone's clock: ``t`` counts from there, as corrections do."""
+    """Time of the walk's first frame on the phone's clock, the origin of ``t`` and of times in corrections."""
 
     def __len__(self) -> int:
         return len(self.columns["t"])
 
     @property
     def size_bytes(self) -> int:
-        """Memory that it takes."""
+        """Memory size."""
         return sum(column.nbytes for column in self.columns.values())
 
     @property
@@ -229,7 +230,7 @@ def track_of(table: pl.DataFrame, start_ns: int) -> Track:
 
 
 def overview(tracks: Iterable[tuple[int, Track]], frames: int) -> tuple[Columns, int]:
-    """All sessions by index, thinned so that ``frames`` positions in all become few; and the stride."""
+    """All sessions by index, thinned from ``frames`` positions in total; and the stride."""
     stride = max(1, -(-frames // OVERVIEW_POINTS))
     return joined([(index, track.thinned(stride)) for index, track in tracks], OVERVIEW), stride
 
@@ -239,8 +240,8 @@ def window(
 ) -> tuple[bytes, int]:
     """Frames of sessions, by index, within a box (left, right, lower, upper edge) of a floor, as Arrow; and the stride.
 
-    The stride is more than 1 only where there are more than ``most``. A path that leaves the box ends there; where it
-    comes back, another begins.
+    The stride is greater than 1 only if there are more than ``most``. A path that leaves the box ends there, and
+    another one begins when it returns.
     """
     inside = [(index, _part(track, floor, box)) for index, track in tracks]
     stride = max(1, -(-sum(len(track) for _, track in inside) // most))
@@ -248,7 +249,7 @@ def window(
 
 
 def _part(track: Track, floor: int, box: tuple[float, float, float, float]) -> Track:
-    """The frames within a box, their paths numbered anew."""
+    """The frames within a box, with new numbers of paths."""
     inside = _within(track, floor, box)
     part = track.rows(inside)
     left_out = np.cumsum(track.positioned & ~inside)[inside]

@@ -37,11 +37,11 @@ from vislam2tag.studio.layers.walkable import rings_of
 from vislam2tag.studio.workspace import beside, plan_stamp
 
 KEPT = 4
-"""Plans remembered; the oldest goes."""
+"""Maximum number of cached plans; the oldest is removed."""
 
 
 class _Plan:
-    """A floor's plan and what may be changed of it."""
+    """A floor's plan with its editable landmarks."""
 
     def __init__(self, root: Path, wish: preparing.PlanWish, settings: Settings) -> None:
         """Plan the floor of a survey; raises SurveyError or UsageError as ``vislam2tag plan`` does."""
@@ -59,11 +59,11 @@ class _Plan:
         self.record = floor_summary(design, self.floor.number, self.floor.name, ids)
 
     def ids(self, count: int, held: list[preparing.HeldLandmark]) -> list[str]:
-        """Ids of ``count`` landmarks more than those that are held."""
+        """Ids for ``count`` new landmarks."""
         return new_ids(count, 1, (*self.taken, *(one.id for one in held)))
 
     def view(self, number: int, held: list[preparing.HeldLandmark]) -> preparing.PlannedView:
-        """What the page shows of the plan with these landmarks."""
+        """The page's data of the plan with these landmarks."""
         design, place = self.changed.design, _places(held)
         found = self.changed.expectation(place)
         error_m, grid = mean_error_m(found.expected), found.sigma.grid
@@ -117,10 +117,10 @@ def make_plan(number: int, root: Path, wish: preparing.PlanWish, settings: Setti
 
 
 def change_plan(change: preparing.PlanChange) -> preparing.PlannedView:
-    """The plan with other landmarks, or one of them moved to or added at the place nearest to a point."""
+    """The plan with changed landmarks, or with one moved to or added at the place nearest to a point."""
     plan, held = _plan(change.plan), list(change.landmarks)
     if max((one.place for one in held), default=0) >= len(plan.changed.design.places.station):
-        raise UsageError("there is no such place; plan again")
+        raise UsageError("this place does not exist; plan again")
     if change.to is not None:
         others = [one for one in held if one.id != change.moved]
         place = plan.changed.nearest_place(np.array(change.to), _places(others))
@@ -139,18 +139,18 @@ def write_plan(change: preparing.PlanChange, root: Path) -> int:
 
 def _plan(number: int) -> _Plan:
     if number not in _plans:
-        raise OutputError("the plan is not there any more; plan again")
+        raise OutputError("the plan is no longer available; plan again")
     return _plans[number]
 
 
 _last_plan: dict[str, FloorPlan] = {}
-"""The plan looked at last, by what tells it."""
+"""The last plan, by its key."""
 
 
 def corrected_floor(root: Path, request: preparing.WallsRequest, settings: WalkableSettings) -> preparing.WallsView:
-    """The floor with its corrections and these strokes over them; with ``write`` they are kept beside its plan.
+    """The floor with its corrections and these strokes over them; with ``write`` they are saved next to its plan.
 
-    Raises SurveyError where nothing can be walked then, OutputError where they cannot be written.
+    Raises SurveyError if nothing is walkable then, OutputError if they cannot be written.
     """
     _, floor = floor_of(root, request.floor)
     before = None if request.anew else floor_mask(floor)
@@ -179,7 +179,7 @@ def _plan_of(floor: Floor) -> FloorPlan:
 def _painted(
     before: npt.NDArray[np.uint8] | None, plan: FloorPlan, strokes: list[preparing.Stroke], settings: WalkableSettings
 ) -> npt.NDArray[np.uint8] | None:
-    """A correction (rows, columns, 4) over the plan's extent with strokes painted on it; None where there is none."""
+    """A correction (rows, columns, 4) over the plan's extent with strokes painted on it; None if there is none."""
     if before is None and not strokes:
         return None
     rows, columns = plan_grid(plan, settings).shape
@@ -213,12 +213,12 @@ def _write(root: Path, name: str, mask: npt.NDArray[np.uint8] | None) -> None:
 
 
 def sheets_folder(root: Path) -> Path:
-    """Where the sheets of a survey go: ``SURVEY-sheets`` beside it."""
+    """Folder of a survey's sheets: ``SURVEY-sheets`` next to it."""
     return beside(root, "sheets")
 
 
 def made_sheets(root: Path, wish: preparing.SheetsWish, settings: SheetSettings) -> preparing.SheetsView:
-    """Make them; raises what ``vislam2tag sheets`` raises."""
+    """Create them; raises errors of ``vislam2tag sheets``."""
     out = sheets_folder(root)
     options = SheetOptions(root, wish.ids or None, None, wish.tag, settings.model_copy(update={"paper": wish.paper}))
     found = make_sheets(options, out)
@@ -226,8 +226,8 @@ def made_sheets(root: Path, wish: preparing.SheetsWish, settings: SheetSettings)
 
 
 def sheets_pdf(root: Path) -> bytes:
-    """The pages; raises KeyError where none were made."""
+    """The pages; raises KeyError if there are none."""
     folder = sheets_folder(root)
     if not is_sheets(folder):
-        raise KeyError("sheet yet")
+        raise KeyError("the file of sheets")
     return read_bytes(folder / PDF_FILE)

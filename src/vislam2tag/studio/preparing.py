@@ -1,4 +1,4 @@
-"""Preparing a survey in the browser: its messages, files dropped on the page, and positions of landmarks from them."""
+"""Preparation of a survey in the browser: messages, dropped files, and positions of landmarks from them."""
 
 from __future__ import annotations
 
@@ -30,33 +30,33 @@ Name = Annotated[str, Field(min_length=1, max_length=300)]
 
 
 class DroppedFile(FiniteRecord):
-    """A file that was brought; later requests name it by its number."""
+    """An uploaded file; later requests refer to its number."""
 
     id: int
     name: str
 
 
 class PlanLookView(FiniteRecord):
-    """What a plan shows before it has a scale; boxes in its own coordinates."""
+    """Properties of a plan without scale; boxes are in its own coordinates."""
 
     name: str
     box: Box
     building: Box | None
-    """Of a sheet of paper: the box around what is drawn in its frame."""
+    """For a sheet of paper: the box around the drawing inside its frame."""
     is_picture: bool
-    """Whether a part of it can be taken."""
+    """Whether a part of it can be used."""
     downwards: bool
-    """Whether the file counts y downwards."""
+    """Whether y points down in the file."""
     paper_m: float | None
-    """Metres on paper a unit, where the file tells."""
+    """Metres on paper per unit, if the file specifies it."""
     has_scale: bool
-    """Whether the file itself tells how large it is."""
+    """Whether the file contains its scale."""
     levels: list[str]
-    """Names of the file's levels, of which one is looked at; empty where it has none."""
+    """Names of the file's levels, one of which is shown; empty if it has none."""
 
 
 class FloorRequest(FiniteRecord):
-    """A dropped plan that becomes a floor; ``whole``: all of its page, not only the building on it."""
+    """A dropped plan that becomes a floor; ``whole``: the complete page, not only the building on it."""
 
     file: int
     part: FloorPart
@@ -64,14 +64,14 @@ class FloorRequest(FiniteRecord):
 
 
 class AddedFloor(FiniteRecord):
-    """The floor that was added, and what was decided about its plan."""
+    """The added floor, and decisions about its plan."""
 
     floor: int
     notes: list[str]
 
 
 class PlanWish(FiniteRecord):
-    """What a plan of a floor's landmarks is to be like; ``number``: so many at least, fixed ones among them."""
+    """Requirements of a landmark plan for a floor; ``number``: the minimum, including fixed ones."""
 
     floor: int
     spacing_m: Annotated[float, Field(ge=2, le=1000)]
@@ -88,7 +88,7 @@ class HeldLandmark(FiniteRecord):
 
 
 class PlanChange(FiniteRecord):
-    """Other landmarks of a plan: these, of which the one called ``moved`` goes ``to`` a point; a new one, if none."""
+    """Changed landmarks of a plan: the landmark ``moved`` goes ``to`` a point; None adds a new one."""
 
     plan: int
     landmarks: Annotated[list[HeldLandmark], Field(max_length=1000)]
@@ -97,7 +97,7 @@ class PlanChange(FiniteRecord):
 
 
 class PlannedMark(HeldLandmark):
-    """Where it hangs, and on what paper."""
+    """Its position and paper."""
 
     x: float
     y: float
@@ -105,34 +105,34 @@ class PlannedMark(HeldLandmark):
 
 
 class PlannedView(FiniteRecord):
-    """Planned landmarks, and what labels are to be expected of walks past them and the ``fixed`` ones."""
+    """Planned landmarks, and the expected labels of walks past them and the ``fixed`` ones."""
 
     plan: int
     floor: int
     landmarks: list[PlannedMark]
     fixed: int
     fewest: int
-    """New ones that meet all demands."""
+    """New landmarks that meet all requirements."""
     expected_error_m: float | None
     longest_m: float | None
-    """Longest walk without a landmark; None where some demand cannot be met."""
+    """Longest way without a landmark; None if a requirement cannot be met."""
     extent_m: Box
     rows: int
     columns: int
     sigma_cm: list[int]
-    """Sigma per axis of labels, row by row from the lower edge, centimetres; -1 where nobody walks."""
+    """Sigma of labels per axis, row by row from the lower edge, centimetres; -1 outside walkable space."""
     notes: list[str]
 
 
 class Written(FiniteRecord):
-    """How much was written, and where."""
+    """Number of written items, and their place."""
 
     count: int
     where: str
 
 
 class SheetsWish(FiniteRecord):
-    """Sheets for all landmarks, or those of ``ids`` (1-40,lobby), on this paper where the site names none."""
+    """Sheets for all landmarks, or those of ``ids`` (1-40,lobby), on this paper if the site specifies none."""
 
     paper: str = "A4"
     ids: str | None = None
@@ -140,7 +140,7 @@ class SheetsWish(FiniteRecord):
 
 
 class SheetsView(FiniteRecord):
-    """Sheets that were made."""
+    """Created sheets."""
 
     folder: str
     pages: int
@@ -148,7 +148,7 @@ class SheetsView(FiniteRecord):
 
 
 class RegisterRequest(FiniteRecord):
-    """What is measured on a floor, by numbers of dropped files; ``known``: landmarks of the site that are known."""
+    """Measurements on a floor, by numbers of dropped files; ``known``: landmarks of the site as known points."""
 
     floor: int
     stations: Annotated[list[int], Field(max_length=20)] = []
@@ -164,7 +164,7 @@ class RegisterRequest(FiniteRecord):
 
 
 class RegistrationView(FiniteRecord):
-    """What registering found, and the files of the survey that it wrote."""
+    """Result of a registration, and the written files of the survey."""
 
     found: Registration
     written: list[str]
@@ -180,7 +180,7 @@ class Stroke(FiniteRecord):
 
 
 class WallsRequest(FiniteRecord):
-    """Strokes over what is corrected of a floor already, or ``anew``."""
+    """Strokes over existing corrections of a floor, or ``anew`` without them."""
 
     floor: int
     strokes: Annotated[list[Stroke], Field(max_length=1000)] = []
@@ -189,48 +189,50 @@ class WallsRequest(FiniteRecord):
 
 
 class WallsView(FiniteRecord):
-    """Where a floor can be walked: ``rings`` about the space and its holes, the outer one first."""
+    """Walkable space of a floor: ``rings`` around it and its holes, the outer one first."""
 
     floor: int
     area_m2: float
     rings: list[list[Point]]
     corrected: bool
-    """Whether there are corrections that were kept before."""
+    """Whether there are saved corrections."""
     notes: list[str]
 
 
 MOST_FILE = 200_000_000
-"""Bytes of a file: no plan may have more."""
+"""Maximum bytes of a file."""
 KEPT = 20
-"""Files kept; the oldest goes."""
+"""Maximum number of files; the oldest is removed."""
 _FIRST_BELOW = 900_000_000
-"""Where files' numbers begin at most: a number in a path has up to nine digits."""
+"""Maximum first number of files, because numbers in paths have up to nine digits."""
 _SIDE_PX = 2400
 _UNSAFE = re.compile(r"[^\w. ()+-]")
 
 
 class DroppedFiles:
-    """Files by number, each in a folder of its own under the name that it had; used by several threads."""
+    """Files by number, each in its own folder under its original name; used by several threads."""
 
     def __init__(self) -> None:
-        """Keep nothing yet."""
+        """Start without files."""
         self._held = ExitStack()
         self._scratch = self._held.enter_context(scratch_folder())
         self._lock = threading.Lock()
         self._files: dict[int, Path] = {}
-        self._numbers = count(secrets.randbelow(_FIRST_BELOW))  # a page's draft must not find a file of a later run
+        self._numbers = count(
+            secrets.randbelow(_FIRST_BELOW)
+        )  # drafts of a page must not refer to a file of a later run
 
     def close(self) -> None:
-        """Forget all files."""
+        """Remove all files."""
         self._held.close()
 
     def keep(self, name: str, content: bytes) -> DroppedFile:
-        """Keep a file; raises UsageError for an empty one, or a name that cannot be a file's."""
+        """Store a file; raises UsageError for an empty file or an invalid name."""
         plain = portable_name(_UNSAFE.sub("_", name.replace("\\", "/").rpartition("/")[2])[-100:])
         if not plain:
-            raise UsageError(f"{name!r} is no name of a file; rename it")
+            raise UsageError(f"{name!r} is not a valid file name; rename the file")
         if not content:
-            raise UsageError(f"{plain}: is empty; choose another file")
+            raise UsageError(f"{plain}: the file is empty; choose another file")
         with self._lock:
             number = next(self._numbers)
             self._scratch.write(f"{number}/{plain}", content)
@@ -241,9 +243,9 @@ class DroppedFiles:
         return DroppedFile(id=number, name=plain)
 
     def path(self, number: int) -> Path:
-        """Where a file lies; raises KeyError where there is none."""
+        """The path of a file; raises KeyError if there is none."""
         if number not in self._files:
-            raise KeyError("file of that number")
+            raise KeyError("the file of this number")
         return self._files[number]
 
 
@@ -254,7 +256,7 @@ PlanPage: TypeAlias = Annotated[int, Field(ge=1)]
 def look(
     workspace: Workspace, dropped: DroppedFiles, number: int, page: PlanPage = 1, level: str | None = None
 ) -> PlanLookView:
-    """What a plan shows before it has a scale; raises SurveyError where it cannot be read."""
+    """Properties of a plan without scale; raises SurveyError if it cannot be read."""
     path, source = dropped.path(number), PlanSource(file="plan", page=page, level=level)
     with plan_called(path.name):
         found = look_at_plan(path, source)
@@ -272,7 +274,7 @@ def _has_scale(path: Path, source: PlanSource, root: Path) -> bool:
 
 @endpoint("GET", "/api/prepare/files/{number:short}/picture")
 def picture(dropped: DroppedFiles, number: int, page: PlanPage = 1, level: str | None = None) -> Binary:
-    """The plan between its box as PNG; raises SurveyError where it cannot be drawn."""
+    """The plan between its box as PNG; raises SurveyError if it cannot be drawn."""
     path, source = dropped.path(number), PlanSource(file="plan", page=page, level=level)
     buffer = io.BytesIO()
     with plan_called(path.name):
@@ -282,10 +284,10 @@ def picture(dropped: DroppedFiles, number: int, page: PlanPage = 1, level: str |
 
 @endpoint("POST", "/api/prepare/floors")
 def add_dropped(workspace: Workspace, dropped: DroppedFiles, body: FloorRequest) -> AddedFloor:
-    """Make a dropped plan a floor as ``vislam2tag site init`` does; raises what that raises."""
+    """Add a dropped plan as a floor, as ``vislam2tag site init`` does; raises its errors."""
     path = dropped.path(body.file)
     if body.part.plan is None:
-        raise UsageError("say how the plan is to be read")
+        raise UsageError("specify how to read the plan")
     asked = body.part.plan.model_copy(update={"file": path.name})
     source, notes = settled_source(path, asked, whole=body.whole)
     add_floor(workspace.root, NewFloor(path, body.part.model_copy(update={"plan": source})))
@@ -295,7 +297,7 @@ def add_dropped(workspace: Workspace, dropped: DroppedFiles, body: FloorRequest)
 
 @endpoint("POST", "/api/prepare/positions")
 def registered(workspace: Workspace, dropped: DroppedFiles, body: RegisterRequest) -> RegistrationView:
-    """Adjust what the files say, and write it into the site where that is asked for; raises what registering raises."""
+    """Adjust the measurements, and write the result to the site if requested; raises errors of registering."""
     from vislam2tag.pipeline.site.register import FloorFiles, floor_of, register, write_into_site
     from vislam2tag.preparation.registration.names import NameRules
 

@@ -1,6 +1,6 @@
-"""Radio maps for the page: of any access point, of all together, and what changed between the labels and other outputs.
+"""Radio maps for the page: of each access point, of all together, and changes between the labels and other outputs.
 
-A data set is made of the labels in a temporary folder, and maps of it, both as by the command line
+A data set is built from the labels in a temporary folder, and maps from it, both as by the command line
 (``vislam2tag dataset``, ``vislam2tag radio-maps``, ``vislam2tag join``).
 """
 
@@ -34,13 +34,13 @@ class RadioPoint(FiniteRecord):
     readings: int
     loudest_dbm: float | None
     rms_db: float | None
-    """Of readings that were predicted without their own walk."""
+    """Errors of readings that were predicted without their own walk."""
     place_m: Point | None
-    """Where it is estimated to be: where its map is loudest, BCS."""
+    """Estimated position: the maximum of its map, BCS."""
 
 
 class RadioFloor(FiniteRecord):
-    """The maps of a floor and technology, most heard first; all of the same cells."""
+    """The maps of a floor and technology, those with most readings first; all with the same cells."""
 
     floor: int
     technology: str
@@ -51,7 +51,7 @@ class RadioFloor(FiniteRecord):
 
 
 class RadioChanges(FiniteRecord):
-    """What changed between the labels and another output."""
+    """Changes between the labels and another output."""
 
     output: str
     technology: str
@@ -73,27 +73,27 @@ STRONGEST, NUMBER = "strongest", "number"
 
 @dataclass(frozen=True)
 class RadioJob:
-    """What radio maps are made of: a survey, the folder of its labels, and folders to compare these with by name."""
+    """Input of radio maps: a survey, the folder of its labels, and folders for comparison by name."""
 
     root: Path
     labels: Path
     compared: Mapping[str, Path]
     settings: Settings
     privacy: Privacy | None = None
-    """What is left out or hidden; None: nothing."""
+    """Data to remove or hide; None: nothing."""
     follow_links: bool = True
-    """Whether sessions count that links lead to outside the survey."""
+    """Whether to include sessions that links lead to outside the survey."""
 
 
 @dataclass(frozen=True)
 class Radio:
-    """The maps of each floor and technology, and what changed between the labels and each further output."""
+    """The maps of each floor and technology, and the changes between the labels and each further output."""
 
     floors: tuple[FloorMaps, ...]
     changes: Mapping[str, SurveyChanges]
 
     def layer(self, floor: int, technology: str, layer: str, bssid: str) -> tuple[FloorMaps, MapLayer]:
-        """A layer (rows, columns) of a floor and the maps that it is of; raises KeyError where there is none of it."""
+        """A layer (rows, columns) of a floor and its maps; raises KeyError if there is none."""
         places = ((one.place.floor, one.place.technology) for one in self.floors)
         maps = dict(zip(places, self.floors, strict=True)).get((floor, technology))
         if maps is None:
@@ -110,7 +110,7 @@ class Radio:
         return maps, found
 
     def view(self, *, stale: bool) -> RadioView:
-        """What there is to be shown."""
+        """The available maps."""
         return RadioView(
             state="stale" if stale else "ready",
             floors=[_floor(maps) for maps in self.floors],
@@ -125,13 +125,13 @@ class Radio:
 
 
 def radio_job(workspace: Workspace, privacy: Privacy | None = None, *, follow_links: bool = True) -> RadioJob:
-    """What is to be made of the labels as they are now."""
+    """The job for the current labels."""
     compared = {name: output.root for name, output in workspace.outputs.items() if name not in (LABELS, BEFORE)}
     return RadioJob(workspace.root, workspace.out, compared, workspace.settings, privacy, follow_links)
 
 
 def made_radio(job: RadioJob) -> Radio:
-    """Make the maps; runs in a worker. Raises DatasetError where nothing is labelled or heard often enough."""
+    """Make the maps; runs in a worker. Raises DatasetError if nothing is labelled or received often enough."""
     with scratch_folder() as scratch:
         own = _dataset(job, job.labels, scratch / LABELS, (job.root,))
         technologies = own.fingerprints.select("technology").unique().collect()["technology"].sort().to_list()
@@ -146,7 +146,7 @@ def made_radio(job: RadioJob) -> Radio:
 def _dataset(job: RadioJob, labels: Path, out: Path, surveys: tuple[Path, ...]) -> Dataset:
     options = BuildOptions(
         surveys=surveys, privacy=job.privacy, walked=(), follow_links=job.follow_links
-    )  # nobody reads what its page would tell
+    )  # the page of this data set is never shown
     return build_dataset(labels, out, job.settings.dataset, options)
 
 
@@ -162,7 +162,7 @@ def _floor(maps: FloorMaps) -> RadioFloor:
 
 
 def _point(maps: FloorMaps, number: int) -> RadioPoint:
-    """An access point; where its smoothed map is loudest is where it is taken to be."""
+    """An access point; its position is estimated as the maximum of its smoothed map."""
     one, mean = maps.maps[number], maps.mean_dbm[number]
     place = None
     if np.isfinite(mean).any():

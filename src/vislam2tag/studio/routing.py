@@ -1,6 +1,6 @@
-"""An endpoint of the studio: method and path, what it takes and gives, and the function that answers.
+"""An endpoint of the studio: method and path, input and output, and the function that answers.
 
-Routes and ``openapi.json`` are both made of :data:`ENDPOINTS`.
+Routes and ``openapi.json`` are both generated from :data:`ENDPOINTS`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _Answering = TypeVar("_Answering", bound=Callable[..., "FiniteRecord | Binary"])
 
 @dataclass(frozen=True)
 class Binary:
-    """An answer that is no JSON; ``version`` tells whether the browser has it already."""
+    """An answer that is not JSON; ``version`` shows whether the browser has it already."""
 
     content: bytes
     media_type: str
@@ -30,40 +30,40 @@ class Binary:
 
 @dataclass(frozen=True)
 class Endpoint:
-    """A method and path, and the function that answers, whose annotations say what it takes and gives."""
+    """A method and path, and the function that answers, with annotations of input and output."""
 
     method: str
     path: str
     answer: Callable[..., FiniteRecord | Binary]
-    """Takes by name: parts of the studio (:data:`PARTS`), what stands in the path, ``body`` (a record), ``version``
-    (the header If-Match), ``content`` (a file in place of JSON), and the parameters of the query, each alone or all as
-    a record ``query``.
+    """Arguments by name: parts of the studio (:data:`PARTS`), path parameters, ``body`` (a record), ``version`` (the
+    header If-Match), ``content`` (a file in place of JSON), and query parameters, each alone or all as a record
+    ``query``.
     """
     status: int
     query: type[FiniteRecord]
-    """Record of what stands behind the question mark."""
+    """Record of the query parameters."""
     body: type[FiniteRecord] | None
-    """Record of its JSON."""
+    """Record of the JSON body."""
     gives: type[FiniteRecord] | None
-    """Record of the answer; None: no JSON."""
+    """Record of the answer; None: not JSON."""
     takes_file: bool
     """Whether the body is a file in place of JSON."""
 
     def answered(self, studio: object, query: FiniteRecord, asked: dict[str, object]) -> FiniteRecord | Binary:
-        """Answer with those of the things asked by name that the function takes."""
+        """Call the function with those arguments that it takes."""
         named = {**vars(studio), **asked, **dict(query), "query": query}
         names = inspect.signature(self.answer).parameters
         return self.answer(**{name: value for name, value in named.items() if name in names})
 
 
 ENDPOINTS: list[Endpoint] = []
-"""All that can be asked, once ``endpoints`` is imported."""
+"""All endpoints, after ``endpoints`` is imported."""
 PARTS = frozenset(("workspace", "jobs", "diagnoses", "events", "guard", "handover", "dropped", "worker"))
-"""What answers are made of, by name (:class:`.endpoints.Studio`)."""
+"""Parts of the studio by name (:class:`.endpoints.Studio`)."""
 
 
 def endpoint(method: str, path: str, status: int = 200) -> Callable[[_Answering], _Answering]:
-    """Let a function answer at an address."""
+    """Register a function for an address."""
 
     def register(function: _Answering) -> _Answering:
         kinds = get_type_hints(function, include_extras=True)

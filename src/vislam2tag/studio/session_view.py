@@ -1,6 +1,6 @@
-"""Sessions as the page sees them: the list to search and filter, and one with all that happened in it.
+"""Sessions for the page: the list, and the details of one session.
 
-Its charts show what was measured and computed over time, thinned so that no extreme is lost.
+Its charts show measured and computed values over time, thinned without losing extremes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.workspace import Workspace
 
 DRAWN_M = 5.0
-"""Frames lie at most so far from a drawn path, whose points are chosen by distance walked."""
+"""Maximum distance of frames from a drawn path, because its points are chosen by distance walked."""
 _WORST = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
@@ -45,7 +45,7 @@ def session_list(workspace: Workspace) -> messages.SessionList:
 
 @endpoint("GET", "/api/sessions/{id}")
 def session_detail(workspace: Workspace, id: str) -> messages.SessionDetail:
-    """Everything of a session but its frames; raises KeyError where there is none of this id."""
+    """Everything about a session except its frames; raises KeyError for an unknown id."""
     key = workspace.now.refs[id].key
     view, result = _session(workspace, id, workspace.stale()), workspace.result(id)
     if result is None:
@@ -71,7 +71,7 @@ def session_detail(workspace: Workspace, id: str) -> messages.SessionDetail:
 
 
 def _moment(mark: VisitMark | EventMark, key: SessionKey, start_ns: int) -> dict[str, Any]:
-    """When and where something happened."""
+    """Time and place of an event."""
     x, y = mark.position or (None, None)
     floor = key.floor if mark.floor is None else mark.floor
     return {"t": (mark.time_ns - start_ns) * 1e-9, "x": x, "y": y, "floor": floor}
@@ -109,11 +109,11 @@ _NO_LABELS: dict[str, Any] = {
     "landmarks": [],
     "floors": [],
 }
-"""Of a session without a result."""
+"""Columns of a session without a result."""
 
 
 def _labels(result: SessionResult) -> dict[str, Any]:
-    """What the list shows of a session's result."""
+    """Columns of the list from a session's result."""
     severities = {finding.severity for finding in result.findings}
     drawings = _drawings(result)
     return {
@@ -137,9 +137,9 @@ def _labels(result: SessionResult) -> dict[str, Any]:
 
 @endpoint("GET", "/api/sessions/{id}/taps")
 def taps(workspace: Workspace, id: str) -> messages.TapsView:
-    """Where a walk was by its fixes, corrected, whether it could be mapped or not.
+    """The corrected fixes of a walk, mapped or not.
 
-    Raises KeyError where there is no session of this id, SessionError where it cannot be read.
+    Raises KeyError if there is no session of this id, SessionError if it cannot be read.
     """
     now = workspace.now
     camera = prepared_session(
@@ -167,7 +167,7 @@ def _box(drawing: Drawing) -> messages.Box | None:
 
 
 def may_be_within(result: SessionResult | None, floor: int, box: messages.Box) -> bool:
-    """Tell whether a session's walk may lead through a part of a floor, by its thinned path."""
+    """Whether a session's walk may lead through a part of a floor, according to its thinned path."""
     drawing = _drawings(result).get(floor) if result else None
     around = _box(drawing) if drawing else None
     if around is None:
@@ -193,7 +193,7 @@ Points: TypeAlias = tuple[FloatArray, FloatArray]
 
 
 class Series(IntEnum):
-    """What a chart shows, by the number in the column ``series``."""
+    """Quantities of charts by the number in the column ``series``."""
 
     SPEED = 0
     HEADING = 1
@@ -202,7 +202,7 @@ class Series(IntEnum):
     LANDMARKS = 4
     """Landmarks in sight."""
     ACCESS_POINTS = 5
-    """Heard by each Wi-Fi scan."""
+    """Access points of each Wi-Fi scan."""
     ACCELERATION = 6
     TURN_RATE = 7
     MAGNETIC_FIELD = 8
@@ -228,9 +228,9 @@ _OF_TRACK = {"speed": Series.SPEED, "heading": Series.HEADING, "z": Series.HEIGH
 
 
 def session_series(workspace: Workspace, id: str, output: str) -> dict[Series, Points]:
-    """Everything that is known of a session over time: labels of an output, and its raw files as corrections have them.
+    """All time series of a session: labels of an output, and its corrected raw files.
 
-    Raises KeyError where there is no session of this id, SessionError where it cannot be read.
+    Raises KeyError if there is no session of this id, SessionError if it cannot be read.
     """
     now = workspace.now
     track = workspace.track(id, output)
@@ -266,7 +266,7 @@ def scans_table(workspace: Workspace, output: str) -> pl.DataFrame:
 
 
 def track_series(track: Track) -> dict[Series, Points]:
-    """What the labels tell."""
+    """Time series from the labels."""
     t = track.columns["t"].astype(np.float64)
     found: dict[Series, Points] = {
         series: (t, track.columns[name].astype(np.float64)) for name, series in _OF_TRACK.items()
@@ -275,7 +275,7 @@ def track_series(track: Track) -> dict[Series, Points]:
 
 
 def landmark_series(log: LandmarkLog, time_ns: IntArray, start_ns: int) -> dict[Series, Points]:
-    """How many landmarks were in sight at each frame that any was logged for."""
+    """Number of landmarks in sight at each frame with logged landmarks."""
     seen = ~log.lost if log.seen is None else log.seen & ~log.lost
     if not len(log.frame):
         return {}
@@ -285,7 +285,7 @@ def landmark_series(log: LandmarkLog, time_ns: IntArray, start_ns: int) -> dict[
 
 
 def table_series(tables: Mapping[str, pl.DataFrame], start_ns: int) -> dict[Series, Points]:
-    """What the readings tell: scans by the number of access points, sensors by their length."""
+    """Time series from readings: number of access points of scans, and norm of sensor vectors."""
     found: dict[Series, Points] = {}
     if "wifi" in tables and not tables["wifi"].is_empty():
         scans = tables["wifi"].group_by("scan").agg(pl.col("time_ns").min(), pl.len()).sort("time_ns")
@@ -309,7 +309,7 @@ def _seconds(rows: pl.DataFrame, start_ns: int) -> FloatArray:
 
 
 def thinned(points: Points, most: int) -> Points:
-    """Of each bin of time the least and the greatest value, in the order of time, ``most`` points or so in all."""
+    """Minimum and maximum of each bin of time, in the order of time, about ``most`` points in total."""
     order = np.argsort(points[0], kind="stable")
     t, v = points[0][order], points[1][order]
     known = np.isfinite(v)
@@ -325,7 +325,7 @@ def thinned(points: Points, most: int) -> Points:
 
 
 def series_columns(found: Mapping[Series, Points], most: int, span_s: tuple[float, float]) -> Columns:
-    """All series within a span of time, of each ``most`` points: ``series`` uint8, ``t`` and ``v`` float32."""
+    """All series within a span of time, at most ``most`` points each: ``series`` uint8, ``t`` and ``v`` float32."""
     parts = []
     for series, (t, v) in sorted(found.items()):
         inside = (t >= span_s[0]) & (t <= span_s[1])

@@ -1,4 +1,4 @@
-"""The survey as the page sees it: floors, landmarks, control points, colours and codes; and two outputs compared."""
+"""The survey for the page: floors, landmarks, control points, colours and codes, and comparison of outputs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from vislam2tag.studio.workspace import Workspace, plan_stamp
 
 
 def survey_view(workspace: Workspace) -> messages.SurveyView:
-    """Everything but the sessions."""
+    """Everything except the sessions."""
     now = workspace.now
     labels = workspace.settings.labels
     return messages.SurveyView(
@@ -49,7 +49,7 @@ def survey_view(workspace: Workspace) -> messages.SurveyView:
 
 
 def output_view(output: Output) -> messages.OutputView:
-    """What there is in a folder of labels."""
+    """The contents of a folder of labels."""
     sessions = len(list(output.root.glob("sessions/*.json")))
     return messages.OutputView(
         name=output.name, folder=str(output.root.resolve()), strategy=output.strategy(), sessions=sessions
@@ -57,7 +57,7 @@ def output_view(output: Output) -> messages.OutputView:
 
 
 def plan_png(floor: Floor, side_px: int) -> bytes:
-    """A floor's plan as PNG, its longer side at most so many pixels; raises OSError where it cannot be drawn."""
+    """A floor's plan as PNG with a maximum longer side in pixels; raises OSError if it cannot be drawn."""
     buffer = io.BytesIO()
     plan_picture(floor, min(side_px, messages.MOST_PIXELS)).save(buffer, "png")
     return buffer.getvalue()
@@ -117,7 +117,7 @@ def _landmarks(workspace: Workspace) -> list[messages.LandmarkView]:
 
 
 def _corrected_places(workspace: Workspace, marks: Landmarks) -> dict[tuple[int, str], FloatArray]:
-    """Places by floor and id with the corrections that hold for every session; those of excluded landmarks lack."""
+    """Places by floor and id with the corrections that hold for every session; without excluded landmarks."""
     nobody = SessionKey(0, "", "")
     chosen, _ = corrected_landmarks(marks, workspace.now.corrections, nobody)
     return dict(zip(zip(chosen.floor.tolist(), chosen.ids, strict=True), chosen.position_bcs, strict=True))
@@ -156,7 +156,7 @@ def _known(value: float) -> float | None:
 
 @endpoint("GET", "/api/compare")
 def comparison(workspace: Workspace, a: Text, b: Text) -> ComparisonView:
-    """Compare two outputs by their names; raises KeyError where there is none of a name."""
+    """Compare two outputs by their names; raises KeyError for an unknown name."""
     first, second = workspace.outputs[a], workspace.outputs[b]
     pairs = ((id, _labelled(workspace, id, a), _labelled(workspace, id, b)) for id in workspace.now.ids)
     found = compare_labels((pair for pair in pairs if any(pair[1:])), first.settings(), second.settings())

@@ -1,4 +1,4 @@
-"""What page and server say to each other about changes, jobs, diagnosis, comparison and layers, as JSON."""
+"""JSON messages between page and server about changes, jobs, diagnosis, comparison and layers."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Problem(FiniteRecord):
     code: str
     message: str
     conflicts: list[Conflict] = []
-    """What someone else changed in the same place, if that is why."""
+    """What someone else changed in the same place, if that is the reason."""
     corrections: CorrectionsView | None = None
-    """What is in the file now, where that is why."""
+    """The current content of the file, if that is the reason."""
 
 
 class EnterRequest(FiniteRecord):
@@ -37,7 +37,7 @@ class EnterRequest(FiniteRecord):
 
 
 class Invitation(FiniteRecord):
-    """An address by which one more device may enter, and its code to scan, in lines of half blocks."""
+    """An address for one more device, and its QR code in lines of half blocks."""
 
     url: str
     code: str
@@ -52,29 +52,29 @@ class Entry(FiniteRecord):
     first_line: int
     last_line: int
     findings: list[str]
-    """Why it has no effect."""
+    """Why the entry has no effect."""
 
 
 class CorrectionsView(FiniteRecord):
-    """The file as it is; empty text and version where there is none."""
+    """The current file; empty text and version if there is none."""
 
     version: str
     text: str
     entries: list[Entry]
     problem: str | None
-    """Why it cannot be used, or not be changed entry by entry."""
+    """Why the file cannot be used, or not be changed entry by entry."""
 
 
 class CorrectionsText(FiniteRecord):
-    """The whole file."""
+    """The complete file."""
 
     text: str
 
 
 class PreviewRequest(FiniteRecord):
-    """Changes to look at, of a text or of the file as it is.
+    """Changes to preview, of a text or of the current file.
 
-    With ``base``, the text that the page made its change from, the change is applied to the file as it is now.
+    With ``base``, the text on which the page based its change, the change is applied to the current file.
     """
 
     base: str | None = None
@@ -83,7 +83,7 @@ class PreviewRequest(FiniteRecord):
 
 
 class Preview(FiniteRecord):
-    """What changes would make of the file; nothing is saved."""
+    """The result of changes of the file; nothing is saved."""
 
     before: str
     """The file as it is."""
@@ -92,13 +92,13 @@ class Preview(FiniteRecord):
     """Of the file as it is."""
     entries: list[Entry]
     lines: str
-    """What differs, as a unified diff."""
+    """The differences as a unified diff."""
     touched: list[str]
-    """Sessions that would be mapped again, or left out."""
+    """Sessions that would be processed again or excluded."""
 
 
 class UndoRequest(FiniteRecord):
-    """A saved change to take back: the whole text before it and after it."""
+    """A saved change to undo: the complete text before and after it."""
 
     before: str
     after: str
@@ -126,20 +126,20 @@ class CorrectionTables(FiniteRecord):
 
 
 class JobRequest(FiniteRecord):
-    """What to do: map sessions (None: all whose labels are stale or missing), look for faults, make radio maps, a data
-    set, or a page of files.
+    """The job: process sessions (None: all with outdated or missing labels), search for faults, create radio maps, a
+    data set, or a static page.
     """
 
     kind: JobKind
     sessions: Annotated[list[str] | None, Field(max_length=MOST_SESSIONS)] = None
     no_ssid: bool = False
-    """Leave names of networks out of the data set."""
+    """Remove names of networks from the data set."""
     hash_bssid: bool = False
-    """Hash their addresses in it, with a key that nobody keeps."""
+    """Hash addresses of networks with a key that is not stored."""
 
 
 class Job(FiniteRecord):
-    """A job and how far it is."""
+    """A job and its progress."""
 
     id: int
     kind: JobKind
@@ -159,7 +159,7 @@ class Jobs(FiniteRecord):
 
 
 class FaultPlace(FiniteRecord):
-    """Where a landmark is by the table, and where by the walks."""
+    """Position of a landmark in the table and according to the walks."""
 
     floor: int
     landmark: str | None
@@ -170,7 +170,7 @@ class FaultPlace(FiniteRecord):
 
 
 class FaultView(FiniteRecord):
-    """Something wrong with the survey, and what corrects it."""
+    """A fault of the survey, and its correction."""
 
     id: str
     kind: str
@@ -187,26 +187,26 @@ class FaultView(FiniteRecord):
 
 
 class DiagnosisView(FiniteRecord):
-    """Faults, those whose correction brings most first; ``quick``: of the labels alone, without gains."""
+    """Faults, with the most useful corrections first; ``quick``: from the labels alone, without gains."""
 
     state: Literal["none", "quick", "full"]
     stale: bool
     """Labels or corrections have changed since."""
     faults: list[FaultView]
-    """With ``stale`` also those of the last search that no correction answers."""
+    """With ``stale`` also those of the last search without a correction."""
     judgement: Judgement
-    """Whether faults could be found at all: an empty list is not an answer."""
+    """Whether faults could be found at all, because an empty list is not an answer."""
 
 
 class ComparisonView(LabelComparison):
-    """Two outputs side by side, and which they are."""
+    """Comparison of two outputs."""
 
     a: OutputView
     b: OutputView
 
 
 class Title(FiniteRecord):
-    """A name for people, by language."""
+    """A display name by language."""
 
     en: str
     de: str
@@ -218,7 +218,7 @@ class LayerInfo(FiniteRecord):
     name: str
     title: Title
     shown: bool
-    """Without being asked for."""
+    """Shown by default."""
 
 
 class Layers(FiniteRecord):
@@ -228,7 +228,7 @@ class Layers(FiniteRecord):
 
 
 class Feature(FiniteRecord):
-    """Something that a layer draws, BCS metres: a point, a line, or an area (outer ring) with holes."""
+    """A shape of a layer, BCS metres: a point, a line, or an area (outer ring) with holes."""
 
     id: str
     shape: Literal["point", "line", "area"]
@@ -245,6 +245,6 @@ class Feature(FiniteRecord):
 
 
 class LayerView(FiniteRecord):
-    """What a layer draws on one floor."""
+    """The shapes of a layer on one floor."""
 
     features: list[Feature]

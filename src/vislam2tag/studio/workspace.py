@@ -1,4 +1,4 @@
-"""What the studio works on: a survey, its corrections and its labels as they are now, whoever changes them."""
+"""The studio's data: the current survey, corrections and labels, also if other programs change them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from vislam2tag.studio.outputs import BEFORE, LABELS, Output, Track
 
 @dataclass(frozen=True)
 class Snapshot:
-    """A survey with corrections; ``problem`` says why the file as it is cannot be used: then the last usable one is."""
+    """A survey with corrections; ``problem`` says why the last usable file is used instead of the current one."""
 
     files: SurveyFiles
     corrections: Corrections
@@ -49,7 +49,7 @@ class Snapshot:
 
     @cached_property
     def ids(self) -> tuple[str, ...]:
-        """Of the sessions in the order of their folders, whatever is corrected."""
+        """Ids of the sessions in the order of their folders, independent of corrections."""
         return session_slugs([found.key for found in self.files.sessions])
 
     @cached_property
@@ -69,19 +69,19 @@ class Snapshot:
         return {str(ref.key): id for id, ref in self.refs.items()}
 
     def slugs(self, id: str) -> tuple[str, ...]:
-        """Names that the session's labels may have: that of now, and that without corrections."""
+        """Possible names of the session's labels: the current one, and that without corrections."""
         return tuple(dict.fromkeys((self.refs[id].slug, id)))
 
 
 class Workspace:
-    """Survey and labels as they are now; used by several threads."""
+    """The current survey and labels; used by several threads."""
 
     def __init__(self, root: Path, out: Path, settings: Settings, compared: Sequence[Path] = ()) -> None:
-        """Look at the survey; raises SurveyError where it is none or its corrections are wrong for it, and UsageError
-        for walks mapped together: the studio maps each again by itself.
+        """Read the survey; raises SurveyError if it is none or its corrections are wrong, and UsageError for the
+        setting ``together``, because the studio processes each walk separately.
         """
         if settings.together:
-            raise UsageError("together: the studio maps each walk alone; leave it out of the settings")
+            raise UsageError("together: the studio processes each walk separately; remove this entry from the settings")
         self.root, self.out, self.settings = root, out, settings
         self._scratch = ExitStack()
         before = self._scratch.enter_context(scratch_folder())
@@ -91,36 +91,36 @@ class Workspace:
         self.before_slugs: dict[str, str] = {}
         """Names that sessions with changed labels have in the output ``before``, by id."""
         self.diagnosis: tuple[Diagnosis, str] | None = None
-        """The last whole one, and the version of the sessions that it was made of."""
+        """The last complete one, and the version of its sessions."""
         self._lock = threading.RLock()
         self._stale: tuple[str, frozenset[str]] | None = None
         self._shares = False
         self.left_out: tuple[Finding, ...] = ()
-        """What :meth:`leave_out_links` left out, by name."""
+        """Names of files that :meth:`leave_out_links` skipped."""
         self._site_stamp = self._look_at_site()
         self._content, self._content_version = corrections_text(root)
         self.now = self._snapshot(self._files(), self._content)
 
     def close(self) -> None:
-        """Forget the labels as they were before."""
+        """Remove the earlier labels."""
         self._scratch.close()
 
     def leave_out_links(self) -> None:
-        """Leave out, from now on, what links lead to outside the survey: site files, and sessions with such files.
+        """From now on, skip files that links lead to outside the survey: site files, and sessions with such files.
 
-        Raises SurveyError where no session remains, or corrections or labels come from outside.
+        Raises SurveyError if no session remains, or corrections or labels come from outside.
         """
         if (link := outside_link(self.root, self.root / CORRECTIONS_FILE)) is not None:
             raise SurveyError(f"{self.root / link}: a link leads to it outside the survey; {CURE}")
         for output in self.outputs.values():
             if is_from_outside(output.root, [output.root]):
-                raise SurveyError(f"{output.root}: has links to files outside it; {CURE}")
+                raise SurveyError(f"{output.root}: the folder has links to files outside it; {CURE}")
         with self._lock:
             self._shares = True
             self.now = self._snapshot(self._files(), self._content)
 
     def refresh(self) -> Versions:
-        """Look whether anything changed, whoever changed it; returns the versions now."""
+        """Check whether anything changed; returns the current versions."""
         with self._lock:
             stamp = self._look_at_site()
             try:
@@ -137,14 +137,14 @@ class Workspace:
             return self._versions()
 
     def _files(self) -> SurveyFiles:
-        """What the folder holds; an empty one is a survey that is still to be prepared."""
+        """The contents of the folder; an empty folder is a survey to prepare."""
         if is_empty(self.root):
             return SurveyFiles(self.root, Site((), landmarks_from([])), (), (), ())
         files = survey_files(self.root, self.settings.survey.landmark_sigma_m, walked=False)
         return self._shared(files) if self._shares else files
 
     def _shared(self, files: SurveyFiles) -> SurveyFiles:
-        """What of a survey may be shown to others; notes what is left out."""
+        """The part of a survey that may be shared; records what is skipped."""
         site, findings = shared_site(self.root, files.site, files.findings)
         _, odd_folders = shared_site(self.root, files.site, files.odd_folders)
         kept = tuple(found for found in files.sessions if not found.from_outside)
@@ -154,7 +154,7 @@ class Workspace:
             raise SurveyError(f"{self.root}: links lead to the files of all sessions outside the survey; {CURE}")
         if session_slugs([found.key for found in kept]) != tuple(id for id in ids if id not in gone):
             raise SurveyError(
-                f"{self.root}: two sessions have one name, and a link leads to one of them; rename it, or {CURE}"
+                f"{self.root}: two sessions have the same name, and one of them is a link; rename it, or {CURE}"
             )
         named = [left_out_sessions(gone, named=True)] if gone else []
         counted = [left_out_sessions(gone, named=False)] if gone else []
@@ -168,7 +168,7 @@ class Workspace:
         )
 
     def corrected(self, files: SurveyFiles, corrections: Corrections) -> Survey:
-        """The survey as corrections make it, with the studio's settings; raises SurveyError where they are wrong."""
+        """The corrected survey with the studio's settings; raises SurveyError if corrections are wrong."""
         return files.corrected(corrections, use_planned=self.settings.survey.use_planned)
 
     def _snapshot(self, files: SurveyFiles, text: str) -> Snapshot:
@@ -194,7 +194,7 @@ class Workspace:
         return hashlib.sha256(repr((stats, folders)).encode()).hexdigest()
 
     def result(self, id: str, output: str = LABELS) -> SessionResult | None:
-        """Result of a session in an output; as before where that is asked for and kept, else as now."""
+        """Result of a session in an output: the earlier one if requested and kept, otherwise the current one."""
         if output == BEFORE and id in self.before_slugs:
             return self.outputs[BEFORE].result([self.before_slugs[id]])
         found = self.outputs[LABELS if output == BEFORE else output].result(self.now.slugs(id))
@@ -206,24 +206,24 @@ class Workspace:
         return self.outputs[LABELS if output == BEFORE and not kept else output]
 
     def track(self, id: str, output: str = LABELS) -> Track | None:
-        """Frames of a session in an output; None where it has none."""
+        """Frames of a session in an output; None if it has none."""
         result = self.result(id, output)
         return None if result is None else self.output_of(id, output).track(result)
 
     def start_ns(self, id: str) -> int:
-        """Time of a walk's first frame, from which corrections count; 0 where it has no frames."""
+        """Time of a walk's first frame, the origin of times in corrections; 0 if it has no frames."""
         track = self.track(id)
         return track.start_ns if track else 0
 
     def stale(self) -> frozenset[str]:
-        """Ids of the sessions whose labels do not follow from the survey as it is."""
+        """Ids of the sessions with outdated labels."""
         version = self.refresh().sessions
         if self._stale is None or self._stale[0] != version:
             self._stale = version, frozenset(self.touched(self.now.survey, self.now.corrections))
         return self._stale[1]
 
     def jobs(self, survey: Survey, corrections: Corrections) -> dict[str, SessionJob]:
-        """What it takes to label the sessions of a survey with corrections, by id; sessions left out have none."""
+        """Jobs that label the sessions of a survey with corrections, by id; excluded sessions have none."""
         refs = selected(survey, corrections, Selection())
         ids = {found.folder: id for id, found in zip(self.now.ids, self.now.files.sessions, strict=True)}
         tasks = [session_task(ref, survey, corrections, self.settings) for ref in refs]
@@ -231,9 +231,9 @@ class Workspace:
         return {ids[job.task.ref.folder]: job for job in made}
 
     def touched(self, survey: Survey, corrections: Corrections) -> list[str]:
-        """Ids of the sessions whose labels do not follow from a survey with corrections, or are missing or too many.
+        """Ids of the sessions with labels that are outdated for a survey with corrections, missing or superfluous.
 
-        Of sessions that could not be mapped nobody can say so: they are not among them.
+        Sessions that could not be mapped are not among them.
         """
         jobs = self.jobs(survey, corrections)
         return [id for id in self.now.ids if self._is_touched(jobs.get(id), id)]
@@ -244,21 +244,21 @@ class Workspace:
         done = self.outputs[LABELS].result([job.slug])
         if done is None:
             return True
-        unchanged = {file.name: file.sha256 for file in done.files}  # raw files are not looked at
+        unchanged = {file.name: file.sha256 for file in done.files}  # raw files are not read
         return done.error is None and not still_holds(job, done, unchanged)
 
 
 def beside(root: Path, what: str) -> Path:
-    """The folder of something made of a survey: ``SURVEY-what`` beside it."""
+    """The folder of a product of a survey: ``SURVEY-what`` next to it."""
     return root.resolve().with_name(f"{root.resolve().name}-{what}")
 
 
 def is_empty(root: Path) -> bool:
-    """Whether a folder is there and holds nothing but hidden files."""
+    """Whether a folder exists and contains only hidden files."""
     return root.is_dir() and all(path.name.startswith(".") for path in root.iterdir())
 
 
 def plan_stamp(floor: Floor) -> str:
-    """Changes with a floor's plan and with the corrections of where it can be walked."""
+    """Version of a floor's plan and the corrections of its walkable space."""
     files = [path for path in (floor.plan, floor.mask) if path is not None and path.exists()]
     return "-".join(str(path.stat().st_mtime_ns) for path in files)

@@ -1,4 +1,4 @@
-"""Pages on which a plan is clicked: landmarks, or a known distance of a plan that has no scale yet."""
+"""Pages to click positions of landmarks, or a known distance, on a plan."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from vislam2tag.views.page import data_uri, embedded, write_page
 def write_click_page(
     out_file: Path, floor: Floor, expected: dict[str, tuple[float, float]], ids: Sequence[str]
 ) -> None:
-    """Write the page of a floor; ``ids`` are the landmarks to place, ``expected`` where some of them should be.
+    """Write the page of a floor; ``ids`` are the landmarks to place, ``expected`` expected positions of some.
 
-    Raises SurveyError where the floor has no usable plan, OutputError where the page cannot be written.
+    Raises SurveyError if the floor has no usable plan, OutputError if the page cannot be written.
     """
     plan = floor_plan(floor)
     rows, columns = plan.image.shape[:2]
@@ -37,7 +37,7 @@ def write_click_page(
     buffer = io.BytesIO()
     Image.fromarray(plan.image).save(buffer, "PNG", optimize=True)
     image = data_uri(buffer.getvalue())
-    context = {"title": f"{floor.name}: click the landmarks", "image": image, "data": embedded(json.dumps(data))}
+    context = {"title": f"{floor.name}: Click the landmarks", "image": image, "data": embedded(json.dumps(data))}
     write_page(out_file, "click.html.j2", context)
 
 
@@ -45,9 +45,9 @@ _SIDE_PX = 2400
 
 
 def write_measure_page(out_file: Path, plan: Path, source: PlanSource, command: str) -> None:
-    """Write the page of a plan; what is clicked completes ``command``, an option each for distance and area.
+    """Write the page of a plan. Clicks add an option for distance or area to ``command``.
 
-    Raises SurveyError where the plan cannot be read, OutputError where the page cannot be written.
+    Raises SurveyError if the plan cannot be read, OutputError if the page cannot be written.
     """
     with plan_called(plan):
         look = look_at_plan(plan, source)
@@ -62,5 +62,5 @@ def write_measure_page(out_file: Path, plan: Path, source: PlanSource, command: 
         "size": picture.size,
         "command": command,
     }
-    context = {"title": f"{plan.name}: click a known distance", "image": image, "data": embedded(json.dumps(data))}
+    context = {"title": f"{plan.name}: Click a known distance", "image": image, "data": embedded(json.dumps(data))}
     write_page(out_file, "measure.html.j2", context)

@@ -1,4 +1,4 @@
-"""The page of conflicts: which references agree, which contradict, and which nothing can be compared with."""
+"""The page of conflicts: which measurements of landmarks agree, contradict or cannot be compared."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from vislam2tag.views.page import write_page
 
 
 def write_conflict_page(out_file: Path, survey: Survey, found: References) -> None:
-    """Write the page ``out_file`` about how the references of a survey fit one another; equal input, equal bytes.
+    """Write the page ``out_file`` about the agreement of a survey's references; equal input, equal bytes.
 
-    It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    It is written beside ``out_file`` and renamed when complete. Raises OutputError if it cannot be written.
     """
     counts = Counter(one.verdict for one in found.compared)
     context = {
@@ -33,10 +33,10 @@ def write_conflict_page(out_file: Path, survey: Survey, found: References) -> No
 
 
 def named(one: Reference) -> str:
-    """What a reference is called."""
+    """The name of a reference."""
     if one.day is not None:
-        return f"{one.landmark} as seen on {one.day}"
-    return f"survey of {one.landmark}" if one.session is None else f"{one.landmark} as seen by {one.session}"
+        return f"{one.landmark} as observed on {one.day}"
+    return f"survey of {one.landmark}" if one.session is None else f"{one.landmark} as observed by {one.session}"
 
 
 def _floors(survey: Survey, found: References) -> Iterator[dict[str, Any]]:
@@ -51,7 +51,7 @@ def _floors(survey: Survey, found: References) -> Iterator[dict[str, Any]]:
 
 
 def _landmarks(references: Sequence[Reference]) -> list[Trace]:
-    """A dot on each landmark: whether anything said of it could be compared, and how many agree."""
+    """A dot on each landmark: whether its references could be compared, and how many agree."""
     verdicts: dict[str, Counter[Verdict]] = {}
     place: dict[str, tuple[float, float]] = {}
     for one in references:
@@ -60,7 +60,7 @@ def _landmarks(references: Sequence[Reference]) -> list[Trace]:
     compared = {name for name, count in verdicts.items() if count[Verdict.AGREES] or count[Verdict.CONTRADICTS]}
     kinds = (
         ("agree", GREEN, [name for name in place if name in compared]),
-        ("nothing to compare", "#6e7781", [name for name in place if name not in compared]),
+        ("not compared", "#6e7781", [name for name in place if name not in compared]),
     )
     return [
         scatter(
@@ -79,15 +79,17 @@ def _counted(verdicts: Counter[Verdict]) -> str:
     return ", ".join(f"{verdicts[kind]} {_SAID[kind]}" for kind in Verdict if verdicts[kind])
 
 
-_SAID = {Verdict.AGREES: "agree", Verdict.CONTRADICTS: "contradict", Verdict.NOTHING: "with nothing to compare"}
+_SAID = {Verdict.AGREES: "agree", Verdict.CONTRADICTS: "contradict", Verdict.NOTHING: "not compared"}
 
 
 def _contradicting(references: Sequence[Reference]) -> Trace:
-    """An arrow, true to scale, from where the others have a landmark to where each that contradicts has it."""
+    """A true-to-scale arrow from the position according to the others to that of each contradicting reference."""
     drawn = []
     for one in references:
         if one.verdict is Verdict.CONTRADICTS and one.offset_m is not None:
             label = f"{named(one)}: {one.size_m:.2f} m"
-            drawn.append(((one.x_m, one.y_m), one.offset_m, f"{label} off, usual are {one.sigma_m:.2f} m", label))
+            drawn.append(
+                ((one.x_m, one.y_m), one.offset_m, f"{label} from the others (sigma {one.sigma_m:.2f} m)", label)
+            )
     font = {"size": 12, "color": RED}
     return arrows("contradicts", RED, 2.5, drawn, textfont=font, textposition="middle right")

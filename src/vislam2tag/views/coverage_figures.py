@@ -1,4 +1,4 @@
-"""Fingerprints on each floor's plan in print: cells covered, gaps and walks that fill them; changes between surveys."""
+"""Print figures of coverage by floor: cells with fingerprints, gaps, walks to fill them, changes between surveys."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ from vislam2tag.views.layers import (
 from vislam2tag.views.panels import Extent, PlanPanel, extent_over, printed
 
 CLASSES = (1, 2, 3, 6, 11, 21)
-"""Least number of fingerprints of each colour."""
+"""Minimum number of fingerprints for each colour."""
 COLOURS = [to_hex(colour) for colour in colormaps["YlGnBu"](np.linspace(0.35, 1.0, len(CLASSES)))]
 COVERED = "#dde7ee"
 
 
 @dataclass(frozen=True)
 class CoveredFloor:
-    """What is drawn of a floor."""
+    """A floor to draw."""
 
     title: str
     floor: Floor
@@ -59,7 +59,7 @@ class CoveredFloor:
 
 
 def coverage_map(floors: Sequence[CoveredFloor]) -> Figure:
-    """Draw the fingerprints a cell on each floor's plan, walkable cells near none, and the walks that fill them."""
+    """Draw fingerprints per cell on each floor's plan, walkable cells without any nearby, and walks to fill them."""
     return printed(
         [
             PlanPanel(
@@ -89,10 +89,10 @@ def _cells(coverage: FloorCoverage) -> Iterator[Trace]:
     classes = np.searchsorted(CLASSES, coverage.total, side="right") - 1
     names = [f"{low}" if high - low == 1 else f"{low} to {high - 1}" for low, high in pairwise(CLASSES)]
     kinds = [
-        ("walkable, a fingerprint is near", coverage.walkable & ~coverage.gaps, COVERED),
-        ("walkable, none is near", coverage.gaps, ORANGE),
+        ("walkable, fingerprint nearby", coverage.walkable & ~coverage.gaps, COVERED),
+        ("walkable, no fingerprint nearby", coverage.gaps, ORANGE),
         *(
-            (f"fingerprints a cell: {name}", classes == number, COLOURS[number])
+            (f"fingerprints per cell: {name}", classes == number, COLOURS[number])
             for number, name in enumerate([*names, f"over {CLASSES[-1] - 1}"])
         ),
     ]
@@ -101,29 +101,29 @@ def _cells(coverage: FloorCoverage) -> Iterator[Trace]:
 
 
 def walk_layers(walks: Sequence[GapWalk]) -> list[Trace]:
-    """The walks that fill gaps as one line with breaks, and their stops; a walk of one stop is a point."""
+    """The walks to fill gaps as one line with breaks, and their stops; a walk of one stop is a point."""
     if not walks:
         return []
-    name = f"walk that fills the gaps, {sum(walk.length_m for walk in walks):.0f} m"
+    name = f"walk to fill the gaps, {sum(walk.length_m for walk in walks):.0f} m"
     line = joined(np.round(walk.points_m, 2) for walk in walks)
     look: dict[str, Any] = {"marker": {"size": 6}, "line": {"color": VERMILION, "width": 3}, "hoverinfo": "name"}
     return [scatter("lines+markers", name, line, **look)]
 
 
 def _title(floor: CoveredFloor) -> str:
-    """Name, and the share covered where more is walkable than the fingerprints' own cells."""
+    """Name of the floor, and the share covered if more is walkable than the fingerprints' own cells."""
     coverage = floor.coverage
     if coverage.share is None or not coverage.tells:
         return floor.title
     stops = sum(len(walk.stops_m) for walk in floor.walks)
     ways = sum(walk.length_m for walk in floor.walks)
-    walks = f", {ways:.0f} m to {stops} places fill the gaps" if stops > 1 else ", one place lacks" if stops else ""
+    walks = f", {ways:.0f} m to {stops} places fill the gaps" if stops > 1 else ", one gap" if stops else ""
     return f"{floor.title}: {100 * coverage.share:.0f} % covered{walks}"
 
 
 PLACES = {
-    CHANGED: (VERMILION, "RSSI changed (the fuller, the more)"),
-    OUTDATED: (ORANGE, "not walked again, heard what changed"),
+    CHANGED: (VERMILION, "RSSI changed (fuller: more)"),
+    OUTDATED: (ORANGE, "not walked again, received a changed access point"),
     UNCHANGED: ("#a6cee3", "unchanged"),
     NEW: ("#009e73", "walked for the first time"),
     NOT_WALKED: ("#dddddd", "not walked again"),
@@ -145,7 +145,7 @@ class ChangedFloor:
 
 
 def change_map(floors: Sequence[ChangedFloor], changes: Changes) -> Figure:
-    """Draw each floor's places by how they changed, the access points that changed, and where those went that moved."""
+    """Draw each floor's places by their change, and the access points that changed or moved."""
     panels = []
     half_m = changes.cell_m / 2
     for one in floors:
@@ -167,7 +167,7 @@ def _places(places: pl.DataFrame, half_m: float) -> Iterator[Trace]:
 
 
 def _points(points: pl.DataFrame, number: int) -> Iterator[Trace]:
-    """Access points where the earlier survey has them, new ones where the later has them, and ways of moved ones."""
+    """Access points at their positions in the earlier survey, new ones, and lines to new positions of moved ones."""
     here = points.with_columns(pl.col("base_floor", "later_floor") == number)
     moved = here.filter((pl.col("change") == MOVED) & pl.col("base_floor") & pl.col("later_floor"))
     ways = moved.select("base_x", "base_y", "later_x", "later_y").to_numpy().reshape(-1, 2, 2)

@@ -1,6 +1,6 @@
 """The charts of a data set, on its page and in print: fingerprints by device and floor, over time, RSSI, sigma.
 
-In print they come with their numbers, and with its coverage.
+The print figures include numbers and coverage.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ from vislam2tag.views.panels import COLUMN_IN, PAGE_IN, printed
 
 PALE = "#c9d1d9"
 BINS = 60
-"""Bars of a histogram at most."""
+"""Maximum number of bars of a histogram."""
 _NAMES = {"type": "category", "automargin": True}
 """An axis of devices or floors."""
 
@@ -53,22 +53,22 @@ _NAMES = {"type": "category", "automargin": True}
 def charts(
     technology: TechnologyStatistics, sessions: Sequence[SessionStatistics], name: str, colours: Mapping[str, str]
 ) -> list[tuple[str, str, str]]:
-    """Each chart that there is data for: its title, a sentence, and Plotly's JSON."""
+    """Each chart with data: its title, a sentence, and Plotly's JSON."""
     several = len({walk.started for walk in sessions if walk.started}) > 1
     made = (
-        ("Pale: not labelled.", by_device(technology, colours)),
-        ("Those without a label count where their walk was.", by_floor(technology, colours)),
+        ("Pale bars: not labelled.", by_device(technology, colours)),
+        ("Fingerprints without a label count for the floor of their walk.", by_floor(technology, colours)),
         ("", heard(technology.heard)),
         (
-            "Box: half of the readings; line: 5 % to 95 %. Of all that is heard, wherever it was walked.",
+            "All readings. Box: middle half; line: 5 % to 95 %.",
             rssi_boxes(technology.rssi) if technology.rssi else None,
         ),
         (
-            "Against the mean of the devices that heard the same access point in the same 2 m cell.",
+            "Difference from the mean of devices that received the same access point in the same 2 m cell.",
             rssi_offsets(technology.rssi),
         ),
         (
-            "Share of the fingerprints that are at least so sure.",
+            "Share of fingerprints with at most this sigma.",
             None if technology.sigma is None else sigma_curve(technology.sigma),
         ),
         ("", over_time(sessions, name) if several else None),
@@ -77,7 +77,7 @@ def charts(
 
 
 def colours_of(devices: Sequence[str]) -> dict[str, str]:
-    """A colour for each device; one colour for all where they are more than the palette has."""
+    """A colour for each device; one colour for all if there are more devices than colours."""
     return {device: PALETTE[n] if len(devices) <= len(PALETTE) else BLUE for n, device in enumerate(devices)}
 
 
@@ -109,7 +109,7 @@ def by_floor(technology: TechnologyStatistics, colours: Mapping[str, str]) -> Ch
 
 
 def floor_name(floor: FloorLabels) -> str:
-    """Building and number, as far as they are known."""
+    """Building and number, if known."""
     number = "no floor" if floor.floor is None else f"floor {floor.floor}"
     return f"{floor.building}, {number}" if floor.building else number
 
@@ -120,7 +120,7 @@ def _stacked(title: str, layers: Sequence[Trace], rows: int) -> Chart:
 
 
 def heard(access_points: Distribution) -> Chart:
-    """How many access points a fingerprint holds."""
+    """The number of access points per fingerprint."""
     width, bins = access_points.binned(BINS)
     bar = {
         "type": "bar",
@@ -132,12 +132,12 @@ def heard(access_points: Distribution) -> Chart:
         "marker": {"color": BLUE},
         "hovertemplate": "%{text}: %{y} fingerprints<extra></extra>",
     }
-    x = axis("access points heard", grid=False)
-    return _chart("Access points heard in a fingerprint", [bar], x, axis("fingerprints"), bargap=0.05)
+    x = axis("access points received", grid=False)
+    return _chart("Access points per fingerprint", [bar], x, axis("fingerprints"), bargap=0.05)
 
 
 def rssi_boxes(rssi: Mapping[str, DeviceRssi]) -> Chart:
-    """What each device hears: quartiles, 5 % to 95 %, mean."""
+    """RSSI by device: quartiles, 5 % to 95 %, mean."""
     devices = sorted(rssi, key=lambda device: rssi[device].rssi_dbm.quantiles["0.5"])
     quantiles = zip(*(rssi[device].rssi_dbm.quantiles.values() for device in devices), strict=True)
     boxes = {
@@ -153,7 +153,7 @@ def rssi_boxes(rssi: Mapping[str, DeviceRssi]) -> Chart:
 
 
 def rssi_offsets(rssi: Mapping[str, DeviceRssi]) -> Chart | None:
-    """How much louder devices hear at the same place; None where no two heard the same access point in a cell."""
+    """RSSI offsets of devices at the same place; None if no two received the same access point in a cell."""
     known = {device: one for device, one in rssi.items() if one.offset_db is not None}
     if not known:
         return None
@@ -163,11 +163,11 @@ def rssi_offsets(rssi: Mapping[str, DeviceRssi]) -> Chart | None:
     hover = "%{y}: %{x:+.1f} dB over %{customdata} places"
     bar = bars("", names, [known[device].offset_db for device in devices], ORANGE, hover, customdata=shared)
     x = axis("offset / dB") | {"zeroline": True, "zerolinecolor": "#24292f"}
-    return _chart("How much louder a device hears", [bar], x, _NAMES, height=90 + 26 * max(3, len(devices)))
+    return _chart("RSSI offset by device", [bar], x, _NAMES, height=90 + 26 * max(3, len(devices)))
 
 
 def sigma_curve(sigma: SigmaDistribution) -> Chart:
-    """The share of fingerprints that are at least so sure."""
+    """The share of fingerprints with at most a given sigma."""
     edges = [min(sigma.counts), *(index + 1 for index in sigma.counts)]
     line = scatter(
         "lines",
@@ -186,7 +186,7 @@ def sigma_curve(sigma: SigmaDistribution) -> Chart:
 def over_time(
     sessions: Sequence[SessionStatistics], technology: str, colours: Mapping[str, str] | None = None
 ) -> Chart:
-    """How the labelled fingerprints of walks with a date add up, all and those of each device with a colour."""
+    """Cumulative labelled fingerprints of dated walks, in total and by device with a colour."""
     dated = sorted(
         ((walk.started, walk.session, walk) for walk in sessions if walk.started), key=lambda found: found[:2]
     )
@@ -225,7 +225,7 @@ def _with(chart: Chart, *layers: Trace, legend: bool = False) -> Chart:
 
 
 def _rows(charts: Sequence[Chart], rows: int) -> Figure:
-    """Charts of bars side by side, as high as so many rows ask."""
+    """Bar charts side by side, with a height for the given number of rows."""
     return printed(charts, aspect=len(charts) * (0.3 + _ROW_IN * max(3, rows)) / PAGE_IN)
 
 
@@ -239,14 +239,14 @@ def _numbered(chart: Chart) -> Chart:
 
 
 def fingerprints_by_device_and_floor(technology: TechnologyStatistics) -> Figure:
-    """Draw how many fingerprints each device and each floor has (paper, Figure 8); unlabelled ones are pale."""
+    """Draw the number of fingerprints per device and floor (paper, Figure 8); unlabelled ones are pale."""
     colours = colours_of(sorted(technology.by_device))
     panels = [_numbered(by_device(technology, colours)), _numbered(by_floor(technology, colours))]
     return _rows(panels, max(len(technology.by_device), len(technology.by_floor)))
 
 
 def access_points_heard(access_points: Distribution) -> Figure:
-    """Draw how many access points a fingerprint holds, and the median."""
+    """Draw the number of access points per fingerprint, and the median."""
     chart, median = heard(access_points), access_points.quantiles["0.5"]
     top = 1.1 * max(chart.layers[0]["y"])
     middle = line("", [(median, 0), (median, top)], "#000000", 1.5, "dash")
@@ -255,7 +255,7 @@ def access_points_heard(access_points: Distribution) -> Figure:
 
 
 def rssi_by_device(rssi: Mapping[str, DeviceRssi]) -> Figure:
-    """Draw what each device hears, and how much louder than others at the same place, with numbers."""
+    """Draw the RSSI of each device, and its offset from others at the same place, with numbers."""
     boxes, offsets = rssi_boxes(rssi), rssi_offsets(rssi)
     if offsets is None:
         return _rows([boxes], len(rssi))
@@ -265,12 +265,12 @@ def rssi_by_device(rssi: Mapping[str, DeviceRssi]) -> Figure:
     reach = 1.3 * max([1.0, *map(abs, bar["x"])])
     numbered = _with(offsets, written(None, text) | {"x": bar["x"], "y": bar["y"], "textposition": sides})
     unknown = ", ".join(device for device, one in rssi.items() if one.offset_db is None)
-    title = f"{offsets.title} (not known: {unknown})" if unknown else offsets.title
+    title = f"{offsets.title} (unknown: {unknown})" if unknown else offsets.title
     return _rows([boxes, replace(numbered, title=title, x=offsets.x | {"range": (-reach, reach)})], len(rssi))
 
 
 def sigma_distribution(sigma: SigmaDistribution) -> Figure:
-    """Draw the share of fingerprints that are at least so sure, with median and 95 %."""
+    """Draw the share of fingerprints with at most a given sigma, with median and 95 %."""
     named = [f"median: {sigma.median_m:.2f} m", f"95 %: {sigma.p95_m:.2f} m"]
     places = [(sigma.median_m, 0.5), (sigma.p95_m, 0.95)]
     chart = _with(sigma_curve(sigma), dots("", places, BLUE, 8, text=named, textposition="bottom right"))
@@ -278,7 +278,7 @@ def sigma_distribution(sigma: SigmaDistribution) -> Figure:
 
 
 def fingerprints_over_time(sessions: Sequence[SessionStatistics], technology: str) -> Figure:
-    """Draw how the labelled fingerprints of walks with a date add up, by device."""
+    """Draw the cumulative labelled fingerprints of dated walks by device."""
     devices = sorted({walk.device for walk in sessions if walk.started})
     several = 1 < len(devices) <= len(PALETTE)
     chart = over_time(sessions, technology, colours_of(devices) if several else {})
@@ -291,7 +291,7 @@ def covered_floors(
     settings: CoverageSettings,
     starts: Mapping[Storey, tuple[float, float]],
 ) -> list[CoveredFloor]:
-    """Count the cells of every floor and plan the walks that fill its gaps, from its place of ``starts`` if given."""
+    """Count the cells of every floor and plan walks to fill its gaps, from its start in ``starts`` if given."""
     return [
         CoveredFloor(
             title=storey_title(covered.storey),
@@ -304,7 +304,7 @@ def covered_floors(
 
 
 def dataset_figures(statistics: DatasetStatistics, floors: Sequence[CoveredFloor]) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures that there is data for: of Wi-Fi, else of the technology with most fingerprints."""
+    """Yield the figures with data: of Wi-Fi, or otherwise of the technology with most fingerprints."""
     if floors:
         yield "coverage", coverage_map(floors)
     if statistics.main is None:

@@ -1,4 +1,4 @@
-"""The page of a data set: statistics, charts, each floor's map of fingerprints and gaps, splits and how they leak."""
+"""The page of a data set: statistics, charts, maps of fingerprints and gaps, and splits with their leakage."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ from vislam2tag.views.layers import (
 from vislam2tag.views.page import page_text
 
 MOST_SESSIONS = 300
-"""Walks listed at most; all are in sessions.parquet."""
+"""Maximum number of walks listed; all are in sessions.parquet."""
 
 
 def dataset_page(
     dataset: Dataset, statistics: DatasetStatistics, walked: Mapping[Storey, WalkedFloor] = MappingProxyType({})
 ) -> str:
-    """Return the page as HTML that needs nothing else; equal input gives equal text.
+    """Return the page as self-contained HTML; equal input gives equal text.
 
-    ``walked`` tells what of the plans was walked, of the floors where that is known.
+    ``walked`` is the coverage of the plans, for floors where it is known.
 
     However large the set, the page grows only with its floors, devices and (to :data:`MOST_SESSIONS`) walks.
     """
@@ -74,7 +74,7 @@ def dataset_page(
 
 
 def _split_view(split: SplitLeakage, technology: str) -> dict[str, Any]:
-    """A split, its folds for the fingerprints of one technology, and all of them together (None if nothing tests)."""
+    """A split, its folds for the fingerprints of one technology, and all folds together (None without a test set)."""
     own = [fold for fold in split.folds if fold.of == technology]
     folds = [fold for fold in own if fold.fold != ALL_FOLDS]
     together = [fold for fold in own if fold.fold == ALL_FOLDS]
@@ -82,7 +82,7 @@ def _split_view(split: SplitLeakage, technology: str) -> dict[str, Any]:
 
 
 def _transmitters(dataset: Dataset) -> list[dict[str, Any]]:
-    """Count the transmitters of each technology; flags are None where no identifier is an address."""
+    """Count the transmitters of each technology; flags are None if no identifier is an address."""
     flag = {name: pl.when(pl.col(name).count() > 0).then(pl.col(name).sum()) for name in ("randomised", "mobile")}
     counted = dataset.access_points.group_by("technology").agg(
         heard=pl.len(), once=(pl.col("readings") == 1).sum(), strongest=pl.col("strongest_dbm").max(), **flag
@@ -91,14 +91,14 @@ def _transmitters(dataset: Dataset) -> list[dict[str, Any]]:
 
 
 def _colours(devices: list[str]) -> dict[str, str]:
-    """The colours of the printed figures where they suffice; on the screen hovering tells more of them apart."""
+    """The colours of the print figures, or more if there are too many devices: on screen, hovering shows names."""
     if len(devices) <= len(PALETTE):
         return colours_of(devices)
     return dict(zip(devices, cycle(qualitative.Dark24), strict=False))
 
 
 MOST_POINTS = 1500
-"""Fingerprints drawn on a floor at most: of more, every so many-th."""
+"""Maximum number of fingerprints drawn per floor; more are thinned evenly."""
 _CELL_AREA = "counts"
 
 
@@ -111,10 +111,9 @@ def floor_map(
 ) -> dict[str, Any]:
     """Draw one floor; ``colours`` by device, grey where a device has none.
 
-    ``note`` says why there is no plan, and what is not drawn; ``walked`` is None where the survey is not at hand.
+    ``note`` says why there is no plan and what is not drawn; ``walked`` is None without the survey.
 
-    The walk that fills the rest is that of the plan where ``walked`` measured it, else one over the cells that walks
-    touched.
+    The walk to fill the gaps is that of ``walked`` if there is one, otherwise one over the cells that walks touched.
     """
     building, number = coverage.storey
     floor = dataset.site_floor(Storey(building, number))
@@ -126,8 +125,8 @@ def floor_map(
     left, right, low, high = coverage.grid.extent_m
     shown = np.array([(left, low), (right, high), *(floor.corners_m if plan else ())])
     colour_axis = {"colorscale": "Viridis", "showscale": False, "colorbar": colour_bar("")}
-    left_out = f"{len(points)} of {labelled} fingerprints are drawn as points." if len(points) < labelled else ""
-    far = f"{coverage.far} fingerprints lie too far away to be drawn." if coverage.far else ""
+    left_out = f"{len(points)} of {labelled} fingerprints are shown as points." if len(points) < labelled else ""
+    far = f"{coverage.far} fingerprints are too far away to be shown." if coverage.far else ""
     return {
         "anchor": f"floor-{building}-{number}" if building else f"floor-{number}",
         "title": storey_title(coverage.storey),
@@ -156,7 +155,7 @@ def _labelled_points(dataset: Dataset, technology: str, coverage: FloorCoverage)
 
 
 def _fingerprints(points: pl.DataFrame, colours: dict[str, str]) -> list[Trace]:
-    """One trace a device; ``customdata`` holds sigma (metres) and access points heard, by which the page colours."""
+    """One trace per device; ``customdata`` contains sigma (metres) and the number of access points, for colours."""
     return [_device(str(device), own, colours) for (device,), own in sorted(points.group_by("device"))]
 
 
@@ -176,7 +175,7 @@ def _device(device: str, points: pl.DataFrame, colours: dict[str, str]) -> Trace
 
 
 def _cells(coverage: FloorCoverage) -> Trace:
-    """Fingerprints a cell, as a heat map."""
+    """Fingerprints per cell, as a heat map."""
     counts = [[value or None for value in row] for row in coverage.total.tolist()]
     look = {"colorscale": "YlGnBu", "zmin": 0, "visible": False, "colorbar": colour_bar("fingerprints a cell")}
     return grid_cells(
@@ -186,7 +185,7 @@ def _cells(coverage: FloorCoverage) -> Trace:
 
 def _gaps(coverage: FloorCoverage) -> Trace:
     missing = coverage.gaps
-    name = "walkable, no fingerprint near"
+    name = "walkable, no fingerprint nearby"
     values = np.where(missing, 1.0, np.nan).tolist() if missing.any() else []
     look = one_colour(ORANGE) | {"showlegend": bool(missing.any())}
     return grid_cells(name, coverage.grid, values, name, opacity=0.7, **look)

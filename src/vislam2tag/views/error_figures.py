@@ -1,4 +1,4 @@
-"""A walk mapped step by step, and labels against truth: on the floor, as distributions, against causes of errors."""
+"""Figures of a mapped walk, and of label errors: on the floor, as distributions, and against possible causes."""
 
 from __future__ import annotations
 
@@ -87,11 +87,11 @@ def station_overlay(
 
 
 LEAST_SHARE = 0.05
-"""The surest few labels of all say little: curves begin with this share."""
+"""Curves begin at this share labelled, because very few labels say little."""
 
 
 def error_distributions(curves: Mapping[str, ErrorCurve]) -> Figure:
-    """Draw the share of all true points whose label is no farther off than a limit, by strategy, with its bounds.
+    """Draw the share of true points with an error up to a limit, by strategy, with its bounds.
 
     The ends of the curves are the shares labelled.
     """
@@ -109,7 +109,7 @@ def error_distributions(curves: Mapping[str, ErrorCurve]) -> Figure:
 def coverage_accuracy(curves: Mapping[str, CoverageCurve]) -> Figure:
     """Draw mean and 95th percentile of the errors against the share labelled, as the limit of sigma rises.
 
-    A strategy that states no sigma is a point.
+    A strategy without sigma is a point.
     """
     layers: list[Trace] = []
     for strategy, curve in curves.items():
@@ -121,11 +121,11 @@ def coverage_accuracy(curves: Mapping[str, CoverageCurve]) -> Figure:
 
 
 FARTHEST_M = 12.0
-"""Distances to landmarks are shown up to this, metres."""
+"""Maximum distance to landmarks shown, metres."""
 ROOM = 0.016
 """Share of the time axis that a landmark's name takes."""
 STEPS = 5
-"""How many steps of a mapping are shown at most."""
+"""Maximum number of mapping steps shown."""
 
 
 def landmark_distances(camera: CameraTrack, log: LandmarkLog, visits: Sequence[Visit], radius_m: float) -> Figure:
@@ -208,7 +208,7 @@ def strategies_compared(
     landmarks: Landmarks,
     trajectories: Mapping[str, Trajectory],
 ) -> Figure:
-    """Draw a walk as recorded, and what each strategy (by name) makes of it; discarded frames are left out."""
+    """Draw a walk as recorded and as mapped by each strategy (by name), without discarded frames."""
     extent: Extent = extent_of(floor, landmarks)
     below = site_layers(floor, landmarks, ids=False)
     panels = [

@@ -1,6 +1,6 @@
-"""The report of a fleet as a tree of small pages: the fleet, each survey, each session. None needs a script.
+"""The report of a fleet as a tree of small pages without scripts: the fleet, each survey, each session.
 
-A table of more than :data:`ROWS` rows goes on on further pages, and lines are thinned, so that no page grows with the
+Tables with more than :data:`ROWS` rows continue on further pages, and lines are thinned, so that no page grows with the
 fleet.
 """
 
@@ -21,7 +21,7 @@ from vislam2tag.views.run_summary import accuracy_sentence, problems
 ROWS = 1000
 """Rows of a table on one page."""
 MOST_POINTS = 5000
-"""Points of a floor's drawing: a line of more is thinned evenly."""
+"""Maximum number of points of a line on a floor; longer lines are thinned evenly."""
 MOST_FINDINGS = 200
 _WIDTH_PX = 900
 _Row = Mapping[str, Any]
@@ -79,7 +79,7 @@ def _parts(rows: Sequence[_Row]) -> Iterator[tuple[Sequence[_Row], str, list[str
 
 
 def _sums(rows: Sequence[_Row]) -> list[dict[str, Any]]:
-    """Each site's number of surveys, and what they have together; the one with the most sessions first."""
+    """Each site's number of surveys and their totals; the site with the most sessions first."""
     sites: dict[str, dict[str, Any]] = {}
     for row in rows:
         nothing = {"site": row["site"], "surveys": 0, "sessions": 0, "failed": 0, "distance_m": 0.0}
@@ -91,7 +91,7 @@ def _sums(rows: Sequence[_Row]) -> list[dict[str, Any]]:
 
 
 def _map(drawing: Drawing) -> Markup | None:
-    """A floor's walk as SVG, north up; None where nothing of it is known."""
+    """A floor's walk as SVG, y up; None without positions."""
     lines = [(stretch.status, stretch.points) for stretch in (*drawing.discarded, *drawing.mapped) if stretch.points]
     points = [point for _, line in lines for point in line]
     if not points:

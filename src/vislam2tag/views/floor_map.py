@@ -45,7 +45,7 @@ if TYPE_CHECKING:  # SciPy, which the report of a run does without
     from vislam2tag.site.walkable.walked import WalkedFloor
 
 RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
-"""Layers beside those named by a status or by the kind of an event; the page makes the band from the mapped layers."""
+"""Layers besides those named by a status or kind of event; the page computes the band from the mapped layers."""
 
 _POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m"
 MAX_PIXELS = 1400
@@ -162,15 +162,15 @@ def _since(time_ns: int, start_ns: int | None) -> str:
 
 
 def walk_to_fill(walked: WalkedFloor | None) -> list[Trace]:
-    """The walk that fills what was not walked."""
+    """The walk to fill the gaps."""
     if walked is None or walked.walk is None:
         return []
-    name = f"walk that fills the rest, {walked.walk.length_m:.0f} m"
+    name = f"walk to fill the gaps, {walked.walk.length_m:.0f} m"
     return [scatter("lines", name, walked.walk.points_m, line={"color": "#8a2d77", "width": 2.5}, hoverinfo="name")]
 
 
 def contradicting(found: Sequence[LandmarkContradiction]) -> list[Trace]:
-    """Return one trace with an arrow and a text at its tip for each contradiction; none where nothing contradicts."""
+    """Return one trace with an arrow and a text at its tip for each contradiction; none if nothing contradicts."""
     if not found:
         return []
     drawn = [
@@ -185,7 +185,7 @@ def contradicting(found: Sequence[LandmarkContradiction]) -> list[Trace]:
     ]
     sides = ["middle left" if one.offset_m[0] < 0 else "middle right" for one in found for _ in range(6)]
     font = {"size": 12, "color": RED, "shadow": HALO}
-    return [arrows("contradicting landmark", RED, 2.5, drawn, textfont=font, textposition=sides)]
+    return [arrows("contradictory landmark", RED, 2.5, drawn, textfont=font, textposition=sides)]
 
 
 def size_m(found: LandmarkContradiction) -> float:
@@ -196,7 +196,7 @@ def size_m(found: LandmarkContradiction) -> float:
 def plan_data_uri(floor: Floor) -> str:
     """Return a floor's plan over its extent, scaled to at most :data:`MAX_PIXELS`, as a JPEG data URI.
 
-    Raises OSError where it is unreadable, as :func:`vislam2tag.site.plans.load.plan_picture` does.
+    Raises OSError if it is unreadable, as :func:`vislam2tag.site.plans.load.plan_picture` does.
     """
     buffer = io.BytesIO()
     plan_picture(floor, MAX_PIXELS).save(buffer, "JPEG", quality=_JPEG_QUALITY, optimize=True)
@@ -204,16 +204,16 @@ def plan_data_uri(floor: Floor) -> str:
 
 
 def drawn_plan(floor: Floor) -> tuple[str | None, str]:
-    """Return a floor's plan as a data URI where it can be drawn, else None and a sentence that says why not."""
+    """Return a floor's plan as a data URI, or None and a sentence that says why it cannot be drawn."""
     plan = floor.plan
     if plan is None:
-        return None, "There is no plan of this floor: a grid is drawn instead."
+        return None, "This floor has no plan; the map shows a grid instead."
     if floor.extent_m is None:
-        return None, f"{plan.name} is not drawn, as no file gives the floor's size: a grid is drawn instead."
+        return None, f"{plan.name} is not shown because no file gives the floor's size; the map shows a grid instead."
     try:
         return plan_data_uri(floor), ""
     except OSError as error:
-        return None, f"{plan.name} {error}: a grid is drawn instead."
+        return None, f"{plan.name} {error}; the map shows a grid instead."
 
 
 def floor_figure(
@@ -231,7 +231,7 @@ def site_figure(
 ) -> str:
     """Return, as JSON, a floor's plan and what was surveyed there, with traces below and above it.
 
-    The axes span the plan and all that was surveyed, also beside it; the page widens them by what is mapped.
+    The axes span the plan and all surveyed points; the page widens them to show mapped frames.
     """
     surveyed = landmarks.position_bcs[surveyed_on(floor, landmarks)]
     shown = np.vstack((floor.corners_m, surveyed, floor.control_points.position_bcs))
@@ -241,7 +241,7 @@ def site_figure(
 def map_figure(floor: Floor, plan: str | None, traces: Sequence[Trace], shown: FloatArray, **layout: Any) -> str:
     """Return, as JSON, traces over a floor's plan, whose axes span what is ``shown`` (n, 2), metres.
 
-    The plan covers width x height of the floor; a metric grid stands in where there is none.
+    The plan covers width x height of the floor; without a plan there is a metric grid.
     """
     spans = [(shown.min(axis=0) - _MARGIN_M).tolist(), (shown.max(axis=0) + _MARGIN_M).tolist()] if len(shown) else []
     across, up = zip(*spans, strict=True) if spans else (None, None)
@@ -265,7 +265,7 @@ def map_figure(floor: Floor, plan: str | None, traces: Sequence[Trace], shown: F
 
 
 def surveyed_on(floor: Floor, landmarks: Landmarks) -> BoolArray:
-    """Return which of the landmarks (n,) lie on this floor and have a surveyed position, (n,)."""
+    """Return which of the landmarks (n,) are on this floor and have a surveyed position, (n,)."""
     placed = landmarks.surveyed & np.isfinite(landmarks.position_bcs).all(axis=1)
     return np.asarray(placed & (landmarks.floor == floor.number))
 
@@ -279,7 +279,7 @@ def site_layers(floor: Floor, landmarks: Landmarks, *, ids: bool = True) -> list
     ]
     for name, wanted, symbol, colour in (
         ("landmark", surveyed_on(floor, landmarks), "square", "#1b1b1b"),
-        ("landmark, not surveyed", here & ~landmarks.surveyed, "square-open", RED),
+        ("landmark (not surveyed)", here & ~landmarks.surveyed, "square-open", RED),
     ):
         kinds.append((name, compress(landmarks.ids, wanted), landmarks.position_bcs[wanted], symbol, colour))
     return [

@@ -20,16 +20,16 @@ from vislam2tag.core.cell_grid import CellGrid
 
 Trace = dict[str, Any]
 Columns = dict[str, list[Any]]
-"""A layer's ``x`` and ``y`` and, where it has them, ``hover`` texts and ``sigma`` in metres; equally long."""
+"""A layer's ``x`` and ``y`` and, optionally, ``hover`` texts and ``sigma`` in metres, all of equal length."""
 BLUE, VERMILION, GREEN, ORANGE, GREY, RED = "#0072b2", "#d55e00", "#00664a", "#e69f00", "#8c959f", "#b00020"
-"""Of Okabe and Ito where hue matters; on white each can be read."""
+"""Okabe and Ito's colours, adapted for contrast on white."""
 PALETTE = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
-"""Okabe and Ito's, which the colour-blind can tell apart."""
+"""Okabe and Ito's colours, which colour-blind readers can distinguish."""
 MANY_COLOURS = (
     *("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd"),
     *("#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"),
 )
-"""For things that only have to differ from their neighbours."""
+"""Colours for items that only have to differ from their neighbours."""
 HALO = "0 0 2px white, 0 0 2px white, 0 0 3px white"
 """Behind text on a plan."""
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
@@ -39,7 +39,7 @@ _BARB_TURN = np.exp(1j * np.pi * (1 - 1 / 7))
 
 
 def plotly_text(text: str) -> str:
-    """Escape text of the user's for Plotly, which reads a few HTML tags in names and hover texts."""
+    """Escape user text for Plotly, which interprets a few HTML tags in names and hover texts."""
     return escape(text, quote=False)
 
 
@@ -59,7 +59,7 @@ def line(name: str, xy: Any, colour: str, width: float = 2.0, dash: str = "solid
 
 
 def dots(name: str, xy: Any, colour: Any, size: float = 6.0, symbol: str = "circle", **look: Any) -> Trace:
-    """Points at places (n, 2), with texts beside them where ``look`` has ``text``."""
+    """Points at places (n, 2), with texts beside them if ``look`` has ``text``."""
     mode = "markers+text" if "text" in look else "markers"
     edge = look.pop("edge", {"color": "white", "width": 0})
     return scatter(mode, name, xy, marker={"color": colour, "size": size, "symbol": symbol, "line": edge}, **look)
@@ -91,7 +91,7 @@ def grid_cells(name: str, grid: CellGrid, z: Any, hover: str = "", **look: Any) 
 
 
 def one_colour(colour: str) -> dict[str, Any]:
-    """The look of cells that all have one colour, which a legend explains."""
+    """The look of cells with one colour, which the legend explains."""
     return {"colorscale": [[0, colour], [1, colour]], "showscale": False, "showlegend": True}
 
 
@@ -116,11 +116,11 @@ def joined(parts: Iterable[FloatArray]) -> FloatArray:
 
 
 Arrow = tuple[tuple[float, float], tuple[float, float], str, str]
-"""Where it starts, how far it goes (metres), what hovering says, and a text at its tip, which may be empty."""
+"""Start, vector (metres), hover text, and a text at the tip, which may be empty."""
 
 
 def arrows(name: str, colour: str, width: float, drawn: Iterable[Arrow], barb: float = _BARB, **look: Any) -> Trace:
-    """Arrows, true to scale, as one line with breaks; ``look`` has ``textfont`` where there are texts at tips.
+    """Arrows, true to scale, as one line with breaks; ``look`` has ``textfont`` if there are texts at tips.
 
     ``barb`` is the length of an arrow's barbs as a share of its own.
     """
@@ -145,7 +145,7 @@ def arrow_line(start: complex, offset: complex, barb: float = _BARB) -> np.ndarr
 
 
 def axis(title: str, span: Sequence[float] | None = None, *, grid: bool = True, **more: Any) -> dict[str, Any]:
-    """Return an axis with its title, its range (None: as the data ask) and perhaps a grid."""
+    """Return an axis with its title, its range (None: from the data) and an optional grid."""
     return {
         "title": {"text": title},
         "showgrid": grid,
@@ -160,7 +160,7 @@ def axis(title: str, span: Sequence[float] | None = None, *, grid: bool = True, 
 
 
 def colour_bar(title: str) -> dict[str, Any]:
-    """Return a bar of colours above a map, where it takes no width on a narrow screen."""
+    """Return a colour bar above a map, so that it takes no width on a narrow screen."""
     return {
         "title": {"text": title, "side": "top"},
         "orientation": "h",
@@ -181,7 +181,7 @@ class Chart:
     y: Trace
     title: str = ""
     layout: Mapping[str, Any] = field(default_factory=dict)
-    """Further looks in the form of Plotly's layout; print heeds ``barmode`` and ``bargap``."""
+    """Further options of Plotly's layout; print only uses ``barmode`` and ``bargap``."""
 
     def json(self) -> str:
         """The chart for a page."""

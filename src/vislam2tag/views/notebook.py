@@ -33,7 +33,7 @@ def plot(value: object, floor: int | None = None, axes: Axes | None = None) -> A
 
 @singledispatch
 def _draw(value: object, _: Axes, __: int | None) -> None:
-    raise TypeError(f"{type(value).__name__} has no drawing")
+    raise TypeError(f"{type(value).__name__} cannot be drawn")
 
 
 @_draw.register
@@ -84,7 +84,7 @@ def _dataset(value: Dataset, axes: Axes, floor: int | None) -> None:
 
 @_draw.register
 def _radio_maps(value: FloorMaps, axes: Axes, _: int | None) -> None:
-    """Draw how loud the loudest access point is."""
+    """Draw the strongest mean RSSI of any access point."""
     image = axes.imshow(
         np.fmax.reduce(value.mean_dbm, axis=0), extent=value.grid.extent_m, origin="lower", cmap="viridis"
     )
@@ -93,5 +93,5 @@ def _radio_maps(value: FloorMaps, axes: Axes, _: int | None) -> None:
 
 def _chosen(floor: int | None, there: list[int]) -> int:
     if not there or (floor is not None and floor not in there):
-        raise UsageError(f"floor {floor}: there is none; there are: {', '.join(map(str, there)) or 'none'}")
+        raise UsageError(f"floor {floor} does not exist; available floors: {', '.join(map(str, there)) or 'none'}")
     return there[0] if floor is None else floor

@@ -1,4 +1,4 @@
-"""HTML pages that need nothing else: templates, their filters, and writing a page whole or not at all."""
+"""Self-contained HTML pages: templates, their filters, and atomic writing."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from vislam2tag.common.files.whole_output import file_to_write
 
 
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:
-    """Write the page ``out_file``, the template's text as it comes, whole or not at all.
+    """Stream the template's text to the page ``out_file``, which appears complete or not at all.
 
-    Templates extend ``layout.html.j2``. Raises OutputError where it cannot be written.
+    Templates extend ``layout.html.j2``. Raises OutputError if it cannot be written.
     """
     page = _environment().get_template(template).generate(dict(context))
     # A folder name of broken bytes cannot be written as UTF-8; the page shows it with question marks.
@@ -38,12 +38,12 @@ def page_text(template: str, context: Mapping[str, Any]) -> str:
 
 
 def embedded(text: str) -> Markup:
-    """Make JSON safe inside a script element: nothing in it can end the element or open a comment."""
+    """Make JSON safe inside a script element: it can neither end the element nor open a comment."""
     return Markup(text.replace("<", "\\u003c"))
 
 
 def data_uri(content: bytes, kind: str = "image/png") -> str:
-    """Return a file's content as an address that holds it, to be placed inside the page."""
+    """Return a file's content as a data URI."""
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
@@ -73,11 +73,11 @@ def _environment() -> Environment:
 
 
 MISSING = "–"
-"""What stands where a value is not known."""
+"""Placeholder for an unknown value."""
 
 
 def percent(share: float | None) -> str:
-    """Write a share 0 to 1 in percent; short of everything never reads 100 %, more than nothing never 0 %."""
+    """Write a share 0 to 1 in percent; shares below 1 never read 100 %, and those above 0 never 0 %."""
     if share is None:
         return MISSING
     if 0.995 < share < 1:
@@ -137,4 +137,4 @@ def _unbroken(text: str) -> str:
 
 
 FILTERS = {each.__name__: each for each in (percent, duration, distance, number, degrees, count, size, words)}
-"""The filters by the name templates use."""
+"""The filters by their names in templates."""

@@ -23,7 +23,7 @@ from vislam2tag.views.layers import GREY, Chart, Trace
 from vislam2tag.views.print_layers import Scales, draw, draw_chart
 
 COLUMN_IN, PAGE_IN = 3.5, 7.16
-"""Widths of one column and of a page with two, inches."""
+"""Widths of one column and of both columns, inches."""
 
 Extent: TypeAlias = tuple[FloatArray, FloatArray]
 """Lower left and upper right corner (2,) of what is shown, BCS metres."""
@@ -39,7 +39,7 @@ _STRATEGIES = {
 
 
 def print_quality(draw: Callable[_Args, Figure]) -> Callable[_Args, Figure]:
-    """Let a function draw in the style of print; matplotlib's own settings stay as they are."""
+    """Make a function draw in print style without changing matplotlib's global settings."""
 
     @wraps(draw)
     def drawn(*args: _Args.args, **kwargs: _Args.kwargs) -> Figure:
@@ -50,12 +50,12 @@ def print_quality(draw: Callable[_Args, Figure]) -> Callable[_Args, Figure]:
 
 
 def name_of(strategy: str) -> str:
-    """How a strategy is called in figures and tables: the paper's name where it has one."""
+    """Name of a strategy in figures and tables: the paper's name if there is one."""
     return _STRATEGIES[strategy][0] if strategy in _STRATEGIES else strategy
 
 
 def colour_of(strategy: str) -> str:
-    """Colour of a strategy, the same in all figures; grey for one that is not the package's own."""
+    """Colour of a strategy, the same in all figures; grey for strategies of plugins."""
     return _STRATEGIES[strategy][1] if strategy in _STRATEGIES else GREY
 
 
@@ -72,14 +72,14 @@ PLAN_PIXELS = 1600
 """Longer side of a plan in print, pixels: 300 dots an inch over most of a page."""
 MARGIN_M = 3.0
 _LETTERS_IN, _KEY_LETTERS = 21.0, 7
-"""Letters of a legend on an inch, and the width of an entry's symbol and gaps in letters."""
+"""Letters of a legend per inch, and the width of an entry's symbol and gaps in letters."""
 LEAST_ASPECT, GREATEST_ASPECT = 0.3, 1.2
-"""Height over width that a panel may have."""
+"""Limits of a panel's height over width."""
 
 
 @dataclass(frozen=True)
 class PlanPanel:
-    """Layers over a floor's plan (None: without one); ``extent`` is what is shown (None: all layers)."""
+    """Layers over a floor's plan (None: without one); ``extent`` is the area shown (None: all layers)."""
 
     title: str
     floor: Floor | None
@@ -95,9 +95,9 @@ def printed(
     aspect: float | None = None,
     extra_in: float = 0.45,
 ) -> Figure:
-    """Draw panels in rows of ``columns`` (None: two), each ``aspect`` times as high as wide (None: as floors ask).
+    """Draw panels in rows of ``columns`` (None: two), each ``aspect`` times as high as wide (None: from the floors).
 
-    Titles of several panels begin with letters; below all panels a legend names each thing once.
+    Titles of several panels begin with letters; a legend below all panels names each layer once.
     """
     columns = columns or min(2, max(1, len(panels)))
     if aspect is None:
@@ -145,7 +145,7 @@ def draw_plan_panel(axes: Axes, panel: PlanPanel) -> Scales:
 
 
 def draw_plan(axes: Axes, floor: Floor) -> None:
-    """Draw the plan over the floor's extent where it is known and the image can be read (findings say why not)."""
+    """Draw the plan over the floor's extent if that is known and the image can be read (findings say why not)."""
     if floor.plan is None or floor.extent_m is None:
         return
     try:
@@ -162,7 +162,7 @@ def in_metres(axes: Axes) -> None:
 
 
 def extent_of(floor: Floor, landmarks: Landmarks) -> Extent:
-    """Lower left and upper right corner (2,) of what is shown of a floor: the plan's, else around its landmarks."""
+    """Lower left and upper right corner (2,) of a floor's drawing: the plan's, or around its landmarks."""
     if floor.extent_m is not None:
         return floor.corners_m[0], floor.corners_m[1]
     here = landmarks.on_floor(floor.number)
@@ -170,7 +170,7 @@ def extent_of(floor: Floor, landmarks: Landmarks) -> Extent:
 
 
 def extent_around(points: FloatArray) -> Extent:
-    """Lower left and upper right corner (2,) of what lies around points (k, 2), metres; NaN do not count."""
+    """Lower left and upper right corner (2,) of an area around points (k, 2), metres; NaN do not count."""
     if not len(points):
         return np.zeros(2), np.ones(2)
     return np.nanmin(points, axis=0) - MARGIN_M, np.nanmax(points, axis=0) + MARGIN_M
@@ -183,6 +183,6 @@ def extent_over(*corners: Any) -> Extent:
 
 
 def aspect_of(extent: Extent) -> float:
-    """Height over width of what lies between two corners, (2,) each."""
+    """Height over width of the area between two corners, (2,) each."""
     width, height = extent[1] - extent[0]
     return float(height / width)

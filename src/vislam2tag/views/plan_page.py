@@ -1,4 +1,4 @@
-"""Planned landmarks: the page to hang them by, and in print each floor's plan and map of the sigma to expect."""
+"""Planned landmarks: the page for hanging them up, and print plans and maps of the expected sigma by floor."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ _SIDES = (
     "bottom center",
     "bottom right",
 )
-"""Where a text lies beside its point, by eighths of a turn from the x axis."""
+"""Position of a text beside its point, by eighths of a turn from the x axis."""
 
 
 @dataclass(frozen=True)
 class PlannedMap:
-    """A floor on the page: the landmarks that hang there, and its map of the sigma as PNG."""
+    """A floor on the page: its existing landmarks, and its map of sigma as PNG."""
 
     floor: Floor
     hanging: Landmarks
@@ -46,26 +46,26 @@ class PlannedMap:
 
     @property
     def sigma(self) -> str:
-        """The map of the sigma, to be placed inside the page."""
+        """The map of sigma as a data URI."""
         return data_uri(self.sigma_png)
 
     def figure(self, plan: FloorPlanRecord) -> str:
-        """The map to hang sheets by, as Plotly's JSON."""
+        """The map for hanging up sheets, as Plotly's JSON."""
         image, _ = drawn_plan(self.floor)
         return site_figure(self.floor, self.hanging, image, [_tour(plan)], [_sheets(plan.landmarks)])
 
     def near(self, landmark: PlannedLandmark) -> str:
-        """Where a sheet goes, by the landmarks that hang there already; empty where none does."""
+        """Location of a sheet relative to existing landmarks; empty if there are none."""
         return near_landmarks(self.hanging, self.floor.number, (landmark.x_m, landmark.y_m))
 
 
 def write_plan_page(out_file: Path, summary: PlanSummary, maps: Mapping[int, PlannedMap]) -> None:
     """Write the page with each floor's map; equal input gives equal bytes.
 
-    Raises OutputError where it cannot be written.
+    Raises OutputError if it cannot be written.
     """
     context = {
-        "title": "Where landmarks stand",
+        "title": "Landmark plan",
         "summary": summary,
         "maps": maps,
         "sizes": sorted(Counter(landmark.sheet for landmark in summary.landmarks).items()),
@@ -80,7 +80,7 @@ def _tour(plan: FloorPlanRecord) -> Trace:
 
 
 def _sheets(landmarks: Sequence[PlannedLandmark]) -> Trace:
-    """The sheets to hang up, each with its id on the side of the wall, where no way and no other sheet is."""
+    """The sheets to hang up, each with its id on the wall side, away from the way and other sheets."""
     return scatter(
         "markers+text",
         "sheet to hang up",
@@ -106,53 +106,61 @@ def _hover(landmark: PlannedLandmark) -> str:
 
 
 SHEET_IN = (10.8, 15.6)
-"""Width of a drawing on A4 and on A3 across, inches."""
+"""Width of a drawing on landscape A4 and A3, inches."""
 MANY = 40
 """Floors with more landmarks than this are drawn for A3."""
 ARROW_M = 1.2
 """Length of the arrow out of a wall."""
 ASIDE_M = 0.3
-"""The tour is drawn so far right of the middle: ways that are walked both ways show as two lines."""
+"""Offset of the tour to the right, so that ways walked in both directions show as two lines."""
 ARROWS_M = 8.0
-"""One arrow in so many metres of the tour."""
+"""Metres of the tour per arrow."""
 
 
 def landmark_plan(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> Figure:
-    """Draw the plan to take along: sheets with id and size, which way they face, the tour."""
+    """Draw the plan to take along: sheets with id, size and direction, and the tour."""
     sizes = Counter(landmark.sheet for landmark in summary.landmarks)
     counts = ", ".join(f"{count} {size}" for size, count in sorted(sizes.items()))
     title = f"{summary.name}: {len(summary.landmarks)} landmarks" + (f" ({counts})" if counts else "")
     minutes, seconds = divmod(round(summary.tour.duration_s), 60)
     title += (
         f"; tour {summary.tour.length_m:.0f} m, {minutes} min {seconds:02d} s. "
-        "Squares: sheet, id over its size of paper; arrow: where it faces to."
+        "Squares: sheets with id and paper size; arrows: direction that they face."
     )
     ends = [end for gap in summary.unmet for end in (gap.start_m, gap.stop_m)]
     layers = [
         *_tour_layers(design),
         *_landmark_layers(design, summary, [f"{one.id}<br>{one.sheet}" for one in summary.landmarks]),
-        dots("no wall here", ends, "#cc79a7", 14, "x-thin-open", edge={"width": 2}),
+        dots("no suitable wall", ends, "#cc79a7", 14, "x-thin-open", edge={"width": 2}),
     ]
     return _floor_drawing(design, floor, summary, title, layers)
 
 
 def sigma_figure(design: FloorDesign, floor: Floor, summary: FloorPlanRecord) -> Figure:
-    """Draw the label sigma to expect, and where further landmarks would gain most."""
+    """Draw the expected label sigma, and where further landmarks would help most."""
     sigma = design.sigma.sigma_m
     known = sigma[np.isfinite(sigma)]
     low, high = (float(np.quantile(known, share)) for share in (0.02, 0.98)) if known.size else (0.0, 1.0)
-    bar = {"title": {"text": "label sigma to expect, per axis / m"}}
+    bar = {"title": {"text": "expected label sigma per axis / m"}}
     scale: dict[str, Any] = {"colorscale": "viridis", "zmin": low, "zmax": max(high, low + 0.01), "colorbar": bar}
     gains = [f"+{number}: {100 * one.gain_m:.2f} cm" for number, one in enumerate(summary.further, start=1)]
     places = [(one.x_m, one.y_m) for one in summary.further]
     layers = [
         grid_cells("", design.sigma.grid, sigma, opacity=0.8, **scale),
         *_landmark_layers(design, summary, [one.id for one in summary.landmarks]),
-        dots("would gain most", places, "#e69f00", 20, "star", edge={"color": "#000000", "width": 1}, **_named(gains)),
+        dots(
+            "best place for one more",
+            places,
+            "#e69f00",
+            20,
+            "star",
+            edge={"color": "#000000", "width": 1},
+            **_named(gains),
+        ),
     ]
-    error = "" if summary.expected_error_m is None else f"; mean error to expect {summary.expected_error_m:.2f} m"
+    error = "" if summary.expected_error_m is None else f"; expected mean error {summary.expected_error_m:.2f} m"
     return _floor_drawing(
-        design, floor, summary, f"{summary.name}: label sigma by the smoother's own model{error}", layers
+        design, floor, summary, f"{summary.name}: label sigma according to the smoother's model{error}", layers
     )
 
 
@@ -167,7 +175,7 @@ def _floor_drawing(
 
 
 def _landmark_layers(design: FloorDesign, summary: FloorPlanRecord, texts: Sequence[str]) -> list[Trace]:
-    """Sheets with texts on the side of the wall and arrows to where they face; and what hangs already."""
+    """Sheets with texts on the wall side and arrows in the direction they face, and existing landmarks."""
     headings = np.array([one.heading_rad for one in summary.landmarks])
     facing = np.column_stack((np.sin(headings), -np.cos(headings))) * ARROW_M
     places = [(one.x_m, one.y_m) for one in summary.landmarks]
@@ -176,7 +184,7 @@ def _landmark_layers(design: FloorDesign, summary: FloorPlanRecord, texts: Seque
     return [
         arrows("", _NEW, 2, drawn),
         dots("sheet to hang up", places, _NEW, 9, "square", **_named(texts, sides, _NEW)),
-        dots("hangs already", design.constraints.fixed, "#000000", 9, "square", **_named(fixed)),
+        dots("existing landmark", design.constraints.fixed, "#000000", 9, "square", **_named(fixed)),
     ]
 
 
@@ -185,7 +193,7 @@ def _named(text: Sequence[str], side: str | Sequence[str] = "top right", colour:
 
 
 def _tour_layers(design: FloorDesign) -> list[Trace]:
-    """The tour a little right of the middle, with arrows, and where it begins."""
+    """The tour, offset to the right, with arrows and its start."""
     way = _aside(design.tour.line)
     at = arc_lengths(way)
     middles = np.arange(ARROWS_M / 2, at[-1], ARROWS_M)

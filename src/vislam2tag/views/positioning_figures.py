@@ -1,4 +1,4 @@
-"""Positioning models compared: errors, where they are made, floors confused, and how true radii are."""
+"""Comparison of positioning models: errors, their places, confused floors, and calibration of radii."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from vislam2tag.views.panels import COLUMN_IN, PlanPanel, extent_around, extent_
 ERROR_SCALE_M = (0.5, 20.0)
 """Ends of the colours of errors on the plan."""
 GOOD = {SIXTY_EIGHT: (0.60, 0.76), NINETY_FIVE: (0.90, 0.985)}
-"""Shares of true places within the radii that count as calibrated."""
+"""Shares of true positions within the radii that count as calibrated."""
 BINS = 10
-"""Groups of scans, by stated radius, whose errors are compared with it."""
+"""Number of groups of scans by predicted radius."""
 _LEAST_SHOWN_M = 0.1
 _DASHES = ("solid", "dash", "dashdot", "dot")
 _MANY_FLOORS = 8
-"""Cells of a confusion matrix hold numbers up to so many floors."""
+"""Maximum number of floors with numbers in the cells of a confusion matrix."""
 
 
 @dataclass(frozen=True)
 class ErrorFloor:
-    """What is drawn of a floor: its plan and its scans' predictions, with errors."""
+    """A floor to draw: its plan and its scans' predictions with errors."""
 
     title: str
     floor: Floor
@@ -56,9 +56,9 @@ def _line(number: int) -> dict[str, object]:
 
 
 def error_distributions_by_model(errors_m: Mapping[str, FloatArray]) -> Figure:
-    """Draw the share of all scans (n,) whose position is no farther off than a limit, by model.
+    """Draw the share of all scans (n,) with an error up to a limit, by model.
 
-    NaN is a scan without answer: the ends of the curves are the shares answered.
+    NaN is a scan without answer, so the curves end at the shares answered.
     """
     layers = []
     greatest = 1.0
@@ -70,12 +70,12 @@ def error_distributions_by_model(errors_m: Mapping[str, FloatArray]) -> Figure:
         greatest = max([greatest, *known[-1:]])
     span = np.log10([max(_LEAST_SHOWN_M, greatest / 1000), greatest]).tolist()
     y = axis("share of all scans", [0.0, 1.02], tickformat=".0%")
-    chart = Chart(layers, axis("error in the plane / m", span, type="log"), y)
+    chart = Chart(layers, axis("horizontal error / m", span, type="log"), y)
     return printed([chart], width_in=COLUMN_IN, aspect=0.7)
 
 
 def error_map(floors: Sequence[ErrorFloor]) -> Figure:
-    """Draw each scan where it was taken, coloured by its error, joined to where it was found; crosses: wrong floor."""
+    """Draw each scan at its true position, coloured by error, with a line to the prediction; crosses: wrong floor."""
     places = pl.concat([floor.predictions for floor in floors]).select("x", "y").to_numpy()
     extent = extent_over(*extent_around(places), *(floor.floor.corners_m for floor in floors))
     return printed(
@@ -90,9 +90,9 @@ def _error_layers(predictions: pl.DataFrame) -> list[Trace]:
     pairs = right.select("x", "y", "found_x", "found_y").to_numpy().reshape(-1, 2, 2)
     unanswered = predictions.filter(pl.col("error_m").is_null()).select("x", "y").to_numpy()
     return [
-        line("to where it was found", joined(pairs), GREY, 0.6, opacity=0.6),
+        line("to the predicted position", joined(pairs), GREY, 0.6, opacity=0.6),
         _scans("scan", right, "circle", 5),
-        _scans("scan put on another floor", wrong, "x", 7),
+        _scans("scan located on a wrong floor", wrong, "x", 7),
         dots("no answer", unanswered, "#cc79a7", 8, "cross-thin-open", edge={"width": 2}),
     ]
 
@@ -123,7 +123,7 @@ def floor_confusion(storeys: Sequence[str], counts: Mapping[str, FloatArray]) ->
 
 
 def _shares(share: FloatArray, matrix: FloatArray) -> list[Trace]:
-    """Percent in the cells that hold any scan."""
+    """Percentages in the cells with scans."""
     layers = []
     for dark, colour in ((True, "#ffffff"), (False, "#000000")):
         here = (
@@ -135,10 +135,10 @@ def _shares(share: FloatArray, matrix: FloatArray) -> list[Trace]:
 
 
 def calibration(predictions: Mapping[str, pl.DataFrame]) -> Figure:
-    """Draw by model how many true places lie within the stated radii, and whether errors grow with the radius.
+    """Draw by model how many true positions are within the predicted radii, and whether errors grow with the radius.
 
-    On the left the shares within both radii, and the ranges that count as calibrated; on the right scans in groups of
-    like radius: the error that 68 % of a group stay below against the mean radius stated for 68 %.
+    Left: the shares within both radii, and the ranges that count as calibrated. Right: scans in groups of
+    similar radius: the 68 % quantile of the errors against the mean predicted 68 % radius.
     """
     rows = (-0.5, len(predictions) - 0.5)
     shares = [
@@ -163,13 +163,13 @@ def calibration(predictions: Mapping[str, pl.DataFrame]) -> Figure:
     span = np.log10([least, greatest]).tolist()
     y = axis("", rows, grid=False, tickvals=list(range(len(predictions))), ticktext=list(predictions))
     least_share = min([0.4, *(layer["x"][0] - 0.03 for layer in shares[2 * len(GOOD) :])])
-    x = axis("share of true places within the stated radius", (least_share, 1.01), grid=False)
-    radius = axis("stated radius of 68 % / m", span, grid=False, type="log")
-    error = axis("error that 68 % stay below / m", span, grid=False, type="log")
+    x = axis("share of true positions within the predicted radius", (least_share, 1.01), grid=False)
+    radius = axis("predicted 68 % radius / m", span, grid=False, type="log")
+    error = axis("68 % quantile of the errors / m", span, grid=False, type="log")
     return printed(
         [
             Chart(shares, x, y | {"autorange": "reversed"}, "68 % (dots) and 95 % (squares)"),
-            Chart([equal, *curves], radius, error, "by stated radius"),
+            Chart([equal, *curves], radius, error, "by predicted radius"),
         ],
         aspect=0.7,
     )

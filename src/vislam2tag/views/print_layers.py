@@ -21,13 +21,13 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, PercentF
 from vislam2tag.views.layers import Chart, Trace
 
 Scales: TypeAlias = dict[str, tuple[ScalarMappable, Mapping[str, Any]]]
-"""What a panel's colours mean, by the title of the colour bar; and the bar's look."""
+"""A panel's colour bar: its title and look."""
 MANY_DECADES = 1000.0
-"""Ratio of a logarithmic axis' ends from which on fewer numbers stand at it."""
+"""Logarithmic axes that span more than this ratio have fewer numbers."""
 _POINTS, _LETTER_POINTS = 0.4, 0.5
-"""Points in print of a pixel on a page: of lines and markers, and of letters."""
+"""Print points per pixel of a page, for lines and markers, and for letters."""
 _RASTERIZED = 5000
-"""Layers of more points are pictures within the drawing."""
+"""Layers with more points are drawn as images."""
 _DASHES = {
     "solid": "-",
     "dash": "--",
@@ -48,11 +48,11 @@ _SYMBOLS = {
 _SYMBOLS |= {"star": "*", "cross-thin": "+", "x-thin": "x"} | {str(number): one for number, one in enumerate("osDPX")}
 _ACROSS = {"left": (-3, "right"), "center": (0, "center"), "right": (3, "left")}
 _UP = {"bottom": (-3, "top"), "middle": (0, "center"), "top": (3, "bottom")}
-"""Offset in points and alignment of a text by the side of its point."""
+"""Offset in points and alignment of a text for each side of its point."""
 
 
 def draw(axes: Axes, layers: Iterable[Trace], bargap: float = 0.2, *, stacked: bool = False) -> Scales:
-    """Draw layers one over the other, the last on top; return what their colours mean."""
+    """Draw layers one over the other, the last on top; return their colour bars."""
     scales: Scales = {}
     ends: dict[Any, float] = defaultdict(float)
     for layer in layers:
@@ -70,19 +70,19 @@ def draw(axes: Axes, layers: Iterable[Trace], bargap: float = 0.2, *, stacked: b
 
 
 def _look(axes: Axes, layer: Trace) -> dict[str, Any]:
-    """Opacity, name in the legend and height above all that is drawn already."""
+    """Opacity, name in the legend, and z-order above everything drawn so far."""
     named = layer.get("showlegend", True) and layer["name"]
     label = _plain(layer["name"]) if named else "_nolegend_"
     return {"alpha": layer.get("opacity"), "label": label, "zorder": 3 + 0.01 * len(axes.get_children())}
 
 
 def _plain(text: str) -> str:
-    """A text for Plotly as print has it."""
+    """A text for Plotly, converted for print."""
     return unescape(re.sub("<br>", "\n", re.sub("</?b>", "", text)))
 
 
 def _values(values: Any) -> Any:
-    """Numbers, NaN where there is none; names and dates as they are."""
+    """Numbers with NaN for missing values; names and dates unchanged."""
     kept = isinstance(values, np.ndarray) or (len(values) > 0 and isinstance(values[0], str))
     return values if kept else np.array(values, dtype=np.float64)
 
@@ -175,7 +175,7 @@ def _draw_bars(axes: Axes, layer: Trace, gap: float, ends: dict[Any, float]) -> 
 
 
 def _draw_boxes(axes: Axes, layer: Trace) -> None:
-    """Quartiles, whiskers and means, lying."""
+    """Horizontal quartiles, whiskers and means."""
     names = {"lowerfence": "whislo", "q1": "q1", "median": "med", "q3": "q3", "upperfence": "whishi", "mean": "mean"}
     boxes = [dict(zip(names.values(), row, strict=True)) for row in zip(*(layer[name] for name in names), strict=True)]
     line = {"color": layer["line"]["color"], "linewidth": _POINTS * layer["line"]["width"]}
@@ -211,7 +211,7 @@ def _draw_cells(axes: Axes, layer: Trace) -> ScalarMappable | None:
 
 
 def draw_chart(axes: Axes, chart: Chart) -> Scales:
-    """Draw a chart's layers and its two axes; return what its colours mean."""
+    """Draw a chart's layers and its two axes; return their colour bars."""
     layers = chart.layers
     if chart.x.get("type") == "date":
         layers = [{**layer, "x": np.array(layer["x"], dtype="datetime64[ms]")} for layer in layers]
@@ -257,7 +257,7 @@ def _number_axis(axis: Axis, kind: str | None, look: Mapping[str, Any]) -> None:
 
 
 def log_metres(axis: Axis) -> None:
-    """Number an axis of metres that is scaled by its logarithm in plain figures: 0.1, 0.2, 0.5, 1, ..."""
+    """Label a logarithmic axis in metres with plain numbers: 0.1, 0.2, 0.5, 1, ..."""
     low, high = axis.get_view_interval()
     steps = (1.0, 2.0, 5.0) if high / low < MANY_DECADES else (1.0, 3.0)
     axis.set_major_locator(LogLocator(subs=steps))

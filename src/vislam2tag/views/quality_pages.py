@@ -1,7 +1,7 @@
-"""The pages that tell how good labels are: of a check without ground truth, and of an evaluation with it.
+"""The pages of ``check`` (without ground truth) and ``evaluate`` (with ground truth).
 
-The check has left-out errors and the gain of one more landmark on each floor's plan; the evaluation its tables, and
-errors as curves, against landmark movement and against distance.
+The check page shows left-out errors and the gain of one more landmark on each floor's plan. The evaluation page shows
+tables, and errors as curves, against landmark movement and against distance.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ from vislam2tag.views.layers import (
 from vislam2tag.views.page import write_page
 
 FAULTS = {
-    Fault.OFFSET: "the walks put it elsewhere, all at one place: measure it again",
-    Fault.DOUBT: "the only walk that tells puts it elsewhere: measure it again, or the tracker slipped there",
-    Fault.SCATTER: "the walks do not agree on where it is: did it move, or do two sheets have this id?",
+    Fault.OFFSET: "all walks observe it at the same other position: measure it again",
+    Fault.DOUBT: "the only walk that observes it contradicts the survey: measure it again (or the tracker slipped)",
+    Fault.SCATTER: "the walks disagree on its position: check whether it was moved or two sheets have this id",
 }
-"""What a reader should make of each fault."""
+"""Possible cause and remedy of each fault."""
 _SHADED_STEPS = 2
-"""Places of the walkable space to the side of a shaded square: finer than anybody walks."""
+"""Places of the walkable space per side of a shaded square."""
 
 
 def write_check_page(
@@ -67,8 +67,8 @@ def write_check_page(
 ) -> None:
     """Write the page ``out_file`` about a check of a survey; equal input gives equal bytes.
 
-    ``spaces`` are what was walked of each floor, for its map.
-    It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    ``spaces`` are the walked spaces of the floors, for their maps.
+    It is written beside ``out_file`` and renamed when complete. Raises OutputError if it cannot be written.
     """
     context = {
         "title": survey.root.resolve().name,
@@ -88,13 +88,13 @@ def write_check_page(
 
 
 def _expected_m(check: SurveyCheck) -> float | None:
-    """Mean error to expect over all frames of all floors, metres; None without any."""
+    """Expected mean error over all frames of all floors, metres; None without any."""
     frames = sum(floor.frames for floor in check.floors)
     return sum(floor.frames * floor.expected_m for floor in check.floors) / frames if frames else None
 
 
 def median_left_out_m(session: SessionCheck) -> float | None:
-    """Median length of a session's left-out errors, metres; None where nothing could be left out."""
+    """Median length of a session's left-out errors, metres; None if nothing could be left out."""
     sizes = [float(np.hypot(*mark.offset_m)) for mark in session.left_out]
     return float(np.median(sizes)) if sizes else None
 
@@ -120,7 +120,7 @@ def _checked_floor(
 
 
 def _unwalked(space: WalkedSpace) -> Trace:
-    """Shade the walkable space that no walk came near."""
+    """Shade the walkable space that no walk covered."""
     step_m = _SHADED_STEPS * space.distances.step_m
     missing = space.places_m[~space.walked]
     shaded = np.unique(np.floor(missing / step_m).astype(np.int64), axis=0).reshape(-1, 2)
@@ -131,7 +131,7 @@ def _unwalked(space: WalkedSpace) -> Trace:
 
 
 def _squares(name: str, values: Mapping[Cell, float], side_m: float, hover: str, **look: Any) -> Trace:
-    """Squares of a grid from the origin by column and row, each with its value; the others stay clear."""
+    """Squares of a grid from the origin by column and row, each with its value; others are transparent."""
     columns, rows = np.array(list(values), dtype=np.int64).reshape(-1, 2).T
     x = np.arange(columns.min(), columns.max() + 1) if values else np.empty(0, dtype=np.int64)
     y = np.arange(rows.min(), rows.max() + 1) if values else np.empty(0, dtype=np.int64)
@@ -142,7 +142,7 @@ def _squares(name: str, values: Mapping[Cell, float], side_m: float, hover: str,
 
 
 def _room_names(space: WalkedSpace | None) -> list[Trace]:
-    """The names of the areas that have one, where most room is around them."""
+    """The names of named areas, at the point with most space around it."""
     named = [] if space is None else [area for area, name in enumerate(space.areas.names) if name]
     if space is None or not named:
         return []
@@ -152,13 +152,13 @@ def _room_names(space: WalkedSpace | None) -> list[Trace]:
 
 
 def _gain_map(gains: dict[Cell, float]) -> Trace:
-    """Colour each square that a landmark could stand in by the gain there, centimetres."""
+    """Colour each possible square for a landmark by the gain there, centimetres."""
     near = around_most(np.array(list(gains), dtype=np.int64).reshape(-1, 2))
     return _squares(
         "gain of one more landmark",
         {cell: round(100 * gain, 3) for cell, gain in compress(gains.items(), near)},
         CELL_M,
-        "one more landmark here: mean error falls by %{z:.1f} cm",
+        "one more landmark here: mean error decreases by %{z:.1f} cm",
         zmin=0,
         colorscale="YlGnBu",
         opacity=0.75,
@@ -168,7 +168,7 @@ def _gain_map(gains: dict[Cell, float]) -> Trace:
 
 
 def _left_out(sessions: Iterable[SessionCheck], number: int) -> Trace:
-    """One arrow for each left-out landmark of each session, from the surveyed place to the predicted one."""
+    """One arrow for each left-out landmark of each session, from the surveyed to the predicted position."""
     drawn = (
         (mark.surveyed_m, mark.offset_m, _sentence(session, mark), "")
         for session in sessions
@@ -193,7 +193,7 @@ def _bad(found: Sequence[BadLandmark]) -> Trace:
 
 def _sentence(session: SessionCheck, mark: LeftOutMark) -> str:
     size_m, what = float(np.hypot(*mark.offset_m)), "fix" if session.fixes else "landmark"
-    return f"{session.device} / {session.session}: {what} {mark.landmark} predicted {size_m:.2f} m off"
+    return f"{session.device} / {session.session}: {what} {mark.landmark} predicted with an error of {size_m:.2f} m"
 
 
 def _best(floor: FloorCheck) -> Trace:
@@ -206,26 +206,26 @@ def _best(floor: FloorCheck) -> Trace:
         textposition="middle center",
         textfont={"size": 12, "color": "white"},
         marker={"symbol": "circle", "size": 20, "color": GREEN, "line": {"width": 2, "color": "white"}},
-        hovertext=[f"mean error falls by {100 * place.gain_m:.1f} cm" for place in floor.places],
+        hovertext=[f"mean error decreases by {100 * place.gain_m:.1f} cm" for place in floor.places],
     )
 
 
 MEANINGS = {
-    TruthKind.DENSE: "The position at every frame, from truth.csv: the simulator's, or another tracking system's.",
-    TruthKind.TOTAL_STATION: "A total station followed a prism on the walker, at its own rate, where it saw it.",
-    TruthKind.CONTROL_POINTS: "The walker pressed a button at surveyed points, a few to a walk; what the hand is off "
-    "is part of the errors here.",
+    TruthKind.DENSE: "The true position at every frame, from truth.csv (a simulation or another tracking system).",
+    TruthKind.TOTAL_STATION: "A total station tracked a prism on the walker at its own rate, wherever it was visible.",
+    TruthKind.CONTROL_POINTS: "The walker pressed a button at a few surveyed points of each walk. "
+    "The errors include the distance of the hand from the point.",
 }
-"""Where each kind of truth comes from, for those who did not set it up."""
+"""Origin of each kind of ground truth."""
 _BEST_FIRST = tuple(MEANINGS)
 _COMPLETE = 0.9
-"""A strategy that labels less than this share of what the most complete one labels is not called the best."""
+"""The best strategy must label at least this share of the points that the most complete one labels."""
 
 
 def write_evaluation_page(out_file: Path, title: str, evaluation: SurveyEvaluation) -> None:
     """Write the page ``out_file`` about an evaluation; equal input gives equal bytes.
 
-    It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    It is written beside ``out_file`` and renamed when complete. Raises OutputError if it cannot be written.
     """
     ranked = ranking(evaluation.rows)
     context = {
@@ -243,7 +243,7 @@ def write_evaluation_page(out_file: Path, title: str, evaluation: SurveyEvaluati
 
 
 def ranking(rows: Sequence[ErrorRow]) -> list[ErrorRow]:
-    """Strategies over all walks, the best first, against the most telling truth; see :data:`_COMPLETE`."""
+    """Strategies over all walks, the best first, against the most reliable truth; see :data:`_COMPLETE`."""
     whole = [row for row in rows if (row.group, row.selection, row.over) == (ALL, ALL_WALKS, OVER_WALKS)]
     if not whole:
         return []
@@ -279,14 +279,14 @@ def _truths(evaluation: SurveyEvaluation) -> Iterator[dict[str, Any]]:
 
 
 def truth_sigma_m(measured: Sequence[StrategyErrors], truth: TruthKind, method: str) -> float | None:
-    """Root mean square, over the walks measured against a truth, of its own sigma; None where nothing tells."""
+    """Root mean square of a truth's own sigma over the walks compared with it; None if unknown."""
     here = [one.truth_sigma_m for one in measured if (one.truth, one.method) == (truth, method)]
     known = [value for value in here if value is not None]
     return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
 def _lines(session: SessionEvaluation, strategies: Sequence[str]) -> Iterator[tuple[str, list[StrategyErrors | None]]]:
-    """Yield a session's truths by name, and what each strategy shows against it."""
+    """Yield a session's truths by name, each with the errors of every strategy."""
     for truth, method in dict.fromkeys((one.truth, one.method) for one in session.measured):
         here = {one.strategy: one for one in session.measured if (one.truth, one.method) == (truth, method)}
         yield _name(truth, method), [here.get(strategy) for strategy in strategies]
@@ -324,7 +324,7 @@ def curve_layers(curve: ErrorCurve, name: str, colour: str, dash: str = "solid")
 
 
 def movement_figure(evaluation: SurveyEvaluation, truth: TruthKind, method: str) -> str | None:
-    """Return, as JSON, each walk's mean error against the movement of its landmarks; None where no walk tells."""
+    """Return, as JSON, each walk's mean error against the movement of its landmarks; None without such walks."""
     traces = []
     for number, (strategy, colour, _) in enumerate(_looks(evaluation)):
         pairs = [

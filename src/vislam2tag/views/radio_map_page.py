@@ -1,4 +1,4 @@
-"""Radio maps: the page to look through them, and maps of access points in print."""
+"""Radio maps: the page to browse them, and print maps of access points."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def _tile(maps: FloorMaps, number: int, file: str) -> dict[str, Any]:
 def write_radio_map_page(out_file: Path, title: str, floors: Sequence[dict[str, Any]]) -> None:
     """Write the page, Wi-Fi before other technologies; equal input gives equal bytes.
 
-    Raises OutputError where it cannot be written.
+    Raises OutputError if it cannot be written.
     """
     context = {
         "title": title,
@@ -88,7 +88,7 @@ def _gradient(scale: Scale) -> str:
 
 
 SHEET = 12
-"""Maps on a contact sheet, the most heard."""
+"""Maximum number of maps on a contact sheet; those with most readings come first."""
 _COLUMNS = 3
 
 
@@ -105,23 +105,23 @@ class Scale:
 
 SCALES: Mapping[str, Scale] = MappingProxyType(
     {
-        "mean_dbm": Scale("Mean RSSI where heard", "dBm", -95.0, -35.0, "viridis"),
-        "deviation_db": Scale("Deviation of a reading", "dB", 1.0, 7.0, "magma"),
-        "heard": Scale("Share of scans that hear it", "", 0.0, 1.0, "cividis"),
+        "mean_dbm": Scale("Mean RSSI where received", "dBm", -95.0, -35.0, "viridis"),
+        "deviation_db": Scale("Standard deviation of a reading", "dB", 1.0, 7.0, "magma"),
+        "heard": Scale("Share of scans that receive it", "", 0.0, 1.0, "cividis"),
     }
 )
 """By the layer of :class:`FloorMaps`."""
 
 
 def contact_sheet(maps: FloorMaps, floor: Floor) -> Figure:
-    """Draw the mean RSSI of the access points that are heard most, on one scale."""
+    """Draw the mean RSSI of the access points with most readings, on one scale."""
     shown = maps.maps[:SHEET]
     panels = [_panel(one.bssid, maps, floor, "mean_dbm", number) for number, one in enumerate(shown)]
     return printed(panels, min(_COLUMNS, len(shown)), extra_in=0.2)
 
 
 def access_point_map(maps: FloorMaps, floor: Floor, number: int) -> Figure:
-    """Draw all that is known of one access point (by its number in ``maps``): mean, deviation, share heard."""
+    """Draw mean, standard deviation and share received of one access point (by its number in ``maps``)."""
     panels = [_panel(scale.title, maps, floor, layer, number) for layer, scale in SCALES.items()]
     return printed(panels, 1, PAGE_IN * 0.7, extra_in=0.25)
 
@@ -145,12 +145,12 @@ def _panel(title: str, maps: FloorMaps, floor: Floor, layer: str, number: int) -
 THRESHOLDS_DBM = (-55.0, -67.0, -75.0, -85.0)
 """Lower ends of the classes that a map of the strongest signal shows; the last class has none."""
 LOUD_DBM = -67.0
-"""From here on a signal carries a call."""
+"""Signals of at least this level suffice for calls."""
 _CLASS_COLOURS = ("#fde725", "#5ec962", "#21918c", "#3b528b", "#440154")
 
 
 def strongest_signal(maps: FloorMaps) -> tuple[bytes, list[SignalClass]]:
-    """Image (PNG, one pixel a cell) and classes of the loudest mean of any access point in each cell."""
+    """Image (PNG, one pixel per cell) and classes of the strongest mean of any access point in each cell."""
     strongest = np.fmax.reduce(maps.mean_dbm, axis=0)
     known = np.isfinite(strongest)
     of_cell = (strongest[..., None] < THRESHOLDS_DBM).sum(axis=-1)
@@ -163,17 +163,15 @@ def strongest_signal(maps: FloorMaps) -> tuple[bytes, list[SignalClass]]:
 
 
 def heard_access_points(maps: FloorMaps) -> tuple[bytes, Scale, float]:
-    """Image (PNG, one pixel a cell) of how many access points a scan hears, its scale, and the median over cells."""
+    """Image (PNG, one pixel per cell) of the number of access points per scan, its scale, and the median."""
     known = np.isfinite(maps.heard).any(axis=0)
     number = np.where(known, np.nansum(maps.heard, axis=0), np.nan)
-    scale = Scale(
-        "Access points that a scan hears", "", 0.0, max(1.0, float(np.nanmax(number, initial=0.0))), "cividis"
-    )
+    scale = Scale("Access points per scan", "", 0.0, max(1.0, float(np.nanmax(number, initial=0.0))), "cividis")
     return thumbnail(number, scale), scale, float(np.median(number[known])) if known.any() else 0.0
 
 
 def thumbnail(values: NDArray[np.float32], scale: Scale) -> bytes:
-    """PNG with one pixel a cell of values (rows, columns), row 0 at the lower edge; cells without one are clear."""
+    """PNG of values (rows, columns), one pixel per cell, row 0 at the lower edge; NaN is transparent."""
     known = np.isfinite(values)
     share = np.clip((np.where(known, values, scale.low) - scale.low) / (scale.high - scale.low), 0, 1)
     pixels = colormaps[scale.colours](share, bytes=True)

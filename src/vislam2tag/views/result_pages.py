@@ -1,4 +1,4 @@
-"""Pages of tables and figures in print: of the paper and of a benchmark."""
+"""Pages of print tables and figures: of the paper and of a benchmark."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vislam2tag.views.page import data_uri, write_page
 
 @dataclass(frozen=True)
 class TablePart:
-    """A table, the stem of its files, and what share of the points each strategy labels (0 to 1).
+    """A table, the stem of its files, and the share of points that each strategy labels (0 to 1).
 
     ``missing`` says why there is none.
     """
@@ -29,7 +29,7 @@ class TablePart:
     missing: str = ""
 
     def shares(self, names: Mapping[str, str]) -> str:
-        """The shares as text, strategies called by ``names``."""
+        """The shares as text, with the ``names`` of strategies."""
         return ", ".join(f"{names[strategy]} {100 * share:.0f} %" for strategy, share in self.labelled.items())
 
 
@@ -40,7 +40,7 @@ class CollectionPart:
     stem: str
     table: Table3 | None
     sentence: str = ""
-    """How many fingerprints there are, and at what cost, beside the paper's."""
+    """Number and cost of fingerprints, compared with the paper's."""
     missing: str = ""
 
 
@@ -57,7 +57,7 @@ class PositioningPart:
 
 @dataclass(frozen=True)
 class FigurePart:
-    """A figure and the stem of its files: what it shows, and its SVG, or why there is none (``missing``)."""
+    """A figure and the stem of its files: title, description, and its SVG or why there is none (``missing``)."""
 
     stem: str
     title: str
@@ -69,7 +69,7 @@ class FigurePart:
 
     @property
     def data_uri(self) -> str:
-        """The figure, to be placed inside the page."""
+        """The figure as a data URI."""
         return data_uri(self.svg, "image/svg+xml")
 
 
@@ -86,7 +86,7 @@ def write_paper_page(
     """Write the page ``out_file``; equal input gives equal bytes.
 
     ``names`` are those of the strategies, ``failed`` one sentence for each session that could not be evaluated. Raises
-    OutputError where it cannot be written.
+    OutputError if it cannot be written.
     """
     context = {
         "title": title,
@@ -108,9 +108,9 @@ def write_paper_page(
 def write_benchmark_page(
     out_file: Path, found: Benchmark, figures: Sequence[FigurePart], table_4: Table4 | None
 ) -> None:
-    """Write the page ``out_file`` about a benchmark; ``table_4`` where it was asked for.
+    """Write the page ``out_file`` about a benchmark; ``table_4`` if requested.
 
-    It is written beside ``out_file`` and renamed when whole. Raises OutputError where it cannot be.
+    It is written beside ``out_file`` and renamed when complete. Raises OutputError if it cannot be written.
     """
     context = {
         "title": found.dataset,
@@ -131,6 +131,6 @@ def write_benchmark_page(
 
 
 def _models(found: Benchmark) -> list[tuple[str, str]]:
-    """Each model with its parameters but the seed, as JSON."""
+    """Each model with its parameters except the seed, as JSON."""
     parameters = {run.model: {k: v for k, v in run.parameters.items() if k != "seed"} for run in found.runs}
     return [(name, json.dumps(own, sort_keys=True)) for name, own in parameters.items()]

@@ -1,4 +1,4 @@
-"""The report of a run, and the page that leads to all of a survey: HTML streamed session by session."""
+"""The report of a run, streamed session by session, and the index page of a survey."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ def write_report(
     """Write the page ``out_file`` about a run over a survey.
 
     ``results`` come in the survey's order (floor by floor) and are read once, one at a time, so memory does not grow
-    with their number; ``summary`` is their :func:`.summarise`; ``conflicts`` is the page beside it, if any, that shows
-    how references fit one another. Equal input gives equal bytes. The page is written beside ``out_file`` and renamed
-    when whole. Raises OutputError where it cannot be.
+    with their number. ``summary`` is their :func:`.summarise`; ``conflicts`` is the page of conflicting references in
+    the same folder, if any. Equal input gives equal bytes. The page is written beside ``out_file`` and renamed when
+    complete. Raises OutputError if it cannot be written.
     """
     write_page(out_file, "report.html.j2", _context(survey, settings, results, summary) | {"conflicts": conflicts})
 
 
 @dataclass
 class _Pages:
-    """Lets the sessions pass once, floor by floor, and keeps of each only its column of the overview."""
+    """Iterates over the sessions once, floor by floor, and keeps only the overview column of each."""
 
     survey: Survey
     settings: ProcessSettings
@@ -64,7 +64,7 @@ class _Pages:
     summary: Summary
     bars: list[TimeBar] = field(default_factory=list)
     floors_walked: set[int] = field(default_factory=set)
-    """Floors to which walks led that lie under another one."""
+    """Floors visited by walks whose session belongs to another floor."""
 
     def floors(self) -> Iterator[dict[str, Any]]:
         shown = set()
@@ -146,7 +146,7 @@ _SEVERITIES = (Severity.ERROR, Severity.WARNING, Severity.INFO)
 
 
 def _session_view(result: SessionResult, bar: TimeBar) -> dict[str, Any]:
-    """One session as a row of its floor's table with details below; its findings come the gravest first."""
+    """One session as a row of its floor's table with details below; the most severe findings come first."""
     tables = {table: labelled_share(counts) for table, counts in result.readings.items()}
     lost = lost_times(result.frame_seconds)
     findings = sorted(result.findings, key=lambda finding: _SEVERITIES.index(finding.severity))
@@ -166,7 +166,7 @@ def _session_view(result: SessionResult, bar: TimeBar) -> dict[str, Any]:
 
 
 def _overview(summary: Summary) -> dict[str, Any]:
-    """The whole run in a few numbers: shares labelled and uncertain of the time walked, of frames and of each table."""
+    """The run in a few numbers: shares labelled and uncertain of the walking time, of frames and of each table."""
     times = {time.style.label: time.share for time in status_times(summary.frame_seconds)}
     tables = {table: labelled_share(counts) for table, counts in summary.readings.items()}
     wifi_first = sorted(summary.readings, key=lambda table: (table != "wifi", table))
@@ -181,7 +181,7 @@ def _overview(summary: Summary) -> dict[str, Any]:
 
 
 _TOLERANCE_M = 1.0
-"""How far outside the plan a landmark may lie without a word: sheets hang on outer walls."""
+"""Landmarks up to this far outside the plan are not reported, because sheets hang on outer walls."""
 
 
 def floor_view(
@@ -190,12 +190,12 @@ def floor_view(
     sessions: Iterator[dict[str, Any]] | None,
     contradictions: Sequence[LandmarkContradiction] = (),
 ) -> dict[str, Any]:
-    """A floor's map and its sessions, which pass by once; None where none lies under it, though walks led to it.
+    """A floor's map and an iterator over its sessions; None if the floor has no session, only visits from other floors.
 
-    The figure is Plotly's JSON without the sessions; notes are on what the map lacks and on what lies beside the plan.
+    The figure is Plotly's JSON without the sessions; notes name what is missing on the map or outside the plan.
     """
     plan, note = drawn_plan(floor)
-    visited = "No session starts here; walks from other floors led here." if sessions is None else ""
+    visited = "No session starts on this floor, but walks from other floors visit it." if sessions is None else ""
     unplaced = (landmarks.floor == floor.number) & ~landmarks.surveyed
     return {
         "floor": floor,
@@ -208,7 +208,7 @@ def floor_view(
 
 
 def _outside(floor: Floor, landmarks: Landmarks) -> str:
-    """Name the surveyed landmarks beside the plan; empty where there is none."""
+    """Name the surveyed landmarks outside the plan; empty if there are none."""
     if floor.extent_m is None:
         return ""
     low, high = floor.corners_m
@@ -223,7 +223,7 @@ def _outside(floor: Floor, landmarks: Landmarks) -> str:
 
 @dataclass(frozen=True)
 class TimeBar:
-    """One session's column in the overview: what it is called, where its row is, and its seconds by status."""
+    """One session's column in the overview: its name, the anchor of its row, and its seconds by status."""
 
     floor: str
     name: str
@@ -266,7 +266,7 @@ def time_figure(bars: Sequence[TimeBar]) -> str:
 
 
 def _columns(bars: Sequence[TimeBar], places: Sequence[int], hover: str) -> dict[str, Any]:
-    """Return where a trace of the overview stands, what its hover says and which rows its columns lead to."""
+    """Return the positions of a trace of the overview, its hover texts and the rows that its columns link to."""
     return {
         "x": list(places),
         "hovertext": [plotly_text(f"{bars[place].floor}, {bars[place].name}") for place in places],
@@ -294,10 +294,9 @@ def write_index_page(
     faults: Sequence[str],
     links: Sequence[tuple[str, str, str]],
 ) -> None:
-    """Write the page: how good the labels are, what is wrong, and where to read on.
+    """Write the index page: accuracy, problems, and links to all pages.
 
-    ``links`` are pages to go to: address relative to this one, title, and what it is about.
-    Raises OutputError where it cannot be written.
+    ``links`` are pages: relative address, title and description. Raises OutputError if it cannot be written.
     """
     context = {
         "title": title,

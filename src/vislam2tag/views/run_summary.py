@@ -1,4 +1,4 @@
-"""A run in a few numbers and sentences: totals reduced session by session, expected errors, problems with advice."""
+"""A run in a few numbers and sentences: totals, expected errors, and problems with remedies."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ _Key = tuple[int, str]
 
 @dataclass
 class LandmarkTally:
-    """Counts sessions by landmark; its size grows with the landmarks alone."""
+    """Counts sessions by landmark; its size depends only on the number of landmarks."""
 
     _seen: Counter[_Key] = field(default_factory=Counter)
     _found: dict[_Key, LandmarkContradiction] = field(default_factory=dict)
 
     def add(self, result: SessionResult) -> None:
-        """Add what one session says."""
+        """Add one session's contradictions."""
         said = {mark.landmark: mark for mark in result.contradictions}
         for landmark in result.landmarks_logged:
             floor = said[landmark].floor if landmark in said else result.floor
@@ -46,13 +46,13 @@ class LandmarkTally:
             self._found[mark.floor, mark.landmark] = _joined(self._found.get((mark.floor, mark.landmark)), mark)
 
     def all(self) -> list[LandmarkContradiction]:
-        """Return all contradictions, those that most sessions speak of first, then the greatest."""
+        """Return all contradictions, those found in most sessions first, then the largest."""
         complete = [found.model_copy(update={"seen": self._seen[key]}) for key, found in sorted(self._found.items())]
         return sorted(complete, key=lambda found: (-found.sessions, -found.greatest_m))
 
 
 def _joined(before: LandmarkContradiction | None, mark: ContradictionMark) -> LandmarkContradiction:
-    """Take one more session into the mean offset."""
+    """Add one more session to the mean offset."""
     sessions = 1 + (before.sessions if before else 0)
     x, y = before.offset_m if before else (0.0, 0.0)
     return LandmarkContradiction(
@@ -78,7 +78,7 @@ def summarise(
 ) -> Summary:
     """Add up the results of a run's sessions; takes them one at a time, so memory does not grow with the survey.
 
-    ``per_floor`` and ``per_device`` hold, for each floor number or device name, ``sessions``, ``failed``,
+    ``per_floor`` and ``per_device`` contain, for each floor number or device name, ``sessions``, ``failed``,
     ``duration_s``, ``distance_m``, ``frames`` and ``frames_ok`` (both without repeated frames).
     """
     totals = _Totals()
@@ -107,7 +107,7 @@ def summarise(
 
 
 def findings_by_kind(findings: Iterable[Finding]) -> dict[str, int]:
-    """Count what was found, by kind, sorted."""
+    """Count findings by kind, sorted."""
     counts = Counter[str]()
     for finding in findings:
         counts[finding.kind] += finding.count
@@ -163,7 +163,7 @@ class _Totals:
 
 
 def _sigma(totals: _Totals) -> SigmaStatistics | None:
-    """How sure the frames of all sessions are, to the width of a bin."""
+    """Sigma of the frames of all sessions, to the width of a bin."""
     if not totals.sigma:
         return None
     return SigmaStatistics(
@@ -200,28 +200,28 @@ def _rounded(sums: Mapping[str, float]) -> dict[str, float]:
 
 
 MOST_FINDINGS = 5
-"""Findings about the site named on the first screen; all stand further down."""
+"""Maximum number of site findings at the top of the page; all follow further down."""
 STEP_M = 1e-4
-"""To this the quantile of expected errors is found."""
+"""Resolution of the quantile of expected errors."""
 ADVICE: Mapping[str, str] = MappingProxyType(
     {
-        Status.BEFORE_FIRST_LANDMARK.label: "begin walks at a landmark",
+        Status.BEFORE_FIRST_LANDMARK.label: "start walks at a landmark",
         Status.AFTER_LAST_LANDMARK.label: "end walks at a landmark",
-        Status.TRACKING_LOST.label: "walk there again, in light and past something to see, from landmark to landmark",
+        Status.TRACKING_LOST.label: "walk there again from landmark to landmark, with good light and visible structure",
         Status.BREAK.label: "walk there again from landmark to landmark",
         Status.NO_MAPPING.label: "pass at least two landmarks on each walk",
     }
 )
-"""What to do about the causes that a walker can avoid."""
+"""Remedies for causes that a walker can avoid."""
 _ELSE = "see the session's details"
 MUCH = 0.1
-"""From this share of unsure frames on walks should be mapped together."""
-TOGETHER = "let the walks tell one another where they were: process --together"
+"""Suggest joint processing from this share of uncertain frames."""
+TOGETHER = "process the walks jointly (process --together)"
 
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong, what to do about it, and an anchor of the page that tells more (may be empty)."""
+    """A problem, its remedy, and an anchor of the page with details (may be empty)."""
 
     what: str
     todo: str
@@ -240,31 +240,31 @@ def expected_error(sigma: SigmaStatistics) -> tuple[float, float]:
 
 
 def accuracy_sentence(summary: Summary) -> str:
-    """How far positions are off: as expected and, where a truth is known, as measured; empty where nothing tells."""
+    """Position errors as expected and, with ground truth, as measured; empty if neither is known."""
     sentences = []
     if summary.sigma is not None and summary.sigma.frames:
         mean_m, p95_m = expected_error(summary.sigma)
         sentences.append(
-            f"Positions are expected to be {mean_m:.2f} m off on average, 95 % of them less than "
-            f"{p95_m:.2f} m" + (", if landmarks hang where the survey has them" * bool(summary.contradictions))
+            f"the expected mean position error is {mean_m:.2f} m, and 95 % of the errors are below "
+            f"{p95_m:.2f} m" + (" if the surveyed landmark positions are correct" * bool(summary.contradictions))
         )
     curve = coverage_curve(summary.errors) if summary.errors is not None else None
     if curve is not None and summary.errors is not None:
-        points = f"{count(summary.errors.points)} points whose true place is known"
-        sentences.append(f"at {points} they are {curve.mean_m[-1]:.2f} m off on average")
+        points = f"{count(summary.errors.points)} points with a known true position"
+        sentences.append(f"at {points} the mean error is {curve.mean_m[-1]:.2f} m")
     text = "; ".join(sentences)
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
 def problems(summary: Summary, findings: Sequence[Finding]) -> list[Problem]:
-    """What is wrong with a run and with its site (``findings``), the gravest first, each with what to do."""
+    """Problems of a run and of its site (``findings``), the most severe first, each with a remedy."""
     return [*_failures(summary), *_about_site(findings), *_contradicted(summary.contradictions), *_lost(summary)]
 
 
 def _failures(summary: Summary) -> Iterator[Problem]:
     if summary.failed:
         what = f"{summary.failed} of {summary.sessions} sessions could not be read or mapped"
-        yield Problem(what, "read why, and correct the file that is named", "failures")
+        yield Problem(what, "read the reasons and correct the files that they name", "failures")
 
 
 def _about_site(findings: Sequence[Finding]) -> Iterator[Problem]:
@@ -275,14 +275,18 @@ def _about_site(findings: Sequence[Finding]) -> Iterator[Problem]:
             f"{one.file}: {what or todo}" if one.file else what or todo, todo if what else "", "site-findings"
         )
     if len(grave) > MOST_FINDINGS:
-        yield Problem(f"{len(grave) - MOST_FINDINGS} more findings about the site", "read them", "site-findings")
+        yield Problem(
+            f"{len(grave) - MOST_FINDINGS} more findings about the site", "see the full list", "site-findings"
+        )
 
 
 def _contradicted(found: Sequence[LandmarkContradiction]) -> Iterator[Problem]:
     for one in found:
         away_m = float(np.hypot(*one.offset_m))
-        what = f"{one.called}: {one.sessions} of {one.seen} sessions put it {away_m:.2f} m from where the survey has it"
-        yield Problem(what, "measure it again, or say in corrections.toml where it hung", "contradictions")
+        what = (
+            f"{one.called}: {one.sessions} of {one.seen} sessions observe it {away_m:.2f} m from its surveyed position"
+        )
+        yield Problem(what, "measure it again, or enter its actual position in corrections.toml", "contradictions")
 
 
 def _lost(summary: Summary) -> Iterator[Problem]:
@@ -290,21 +294,21 @@ def _lost(summary: Summary) -> Iterator[Problem]:
         what = f"{duration(time.seconds)} ({percent(time.share)} of the time) without a position: {time.style.name}"
         todo = ADVICE.get(time.style.label, _ELSE)
         unmapped = time.style.label == Status.NO_MAPPING.label and may_join(summary)
-        yield Problem(what, f"{TOGETHER}; or {todo}" if unmapped else todo, "details")
+        yield Problem(what, f"{TOGETHER}, or {todo}" if unmapped else todo, "details")
     if summary.sigma is not None and summary.sigma.uncertain_share > 0:
         share = percent(summary.sigma.uncertain_share)
-        what = f"{share} of the positions are uncertain: the band on the map is wide there"
-        more = "one more landmark near; vislam2tag check tells where it helps most"
-        yield Problem(what, f"{TOGETHER}; or {more}" if may_join(summary) else more, "uncertainty")
+        what = f"{share} of the positions are uncertain (wide band on the map)"
+        more = "add a landmark nearby (vislam2tag check shows where it helps most)"
+        yield Problem(what, f"{TOGETHER}, or {more}" if may_join(summary) else more, "uncertainty")
 
 
 def may_join(summary: Summary) -> bool:
-    """Whether walks were mapped each alone that could tell one another something."""
+    """Whether walks were processed separately, but could constrain one another."""
     return summary.strategy == "smoother" and summary.sessions > 1 and "told_by_others" not in summary.findings
 
 
 def joining_helps(summary: Summary) -> bool:
-    """Whether so much is unsure or not mapped of walks mapped each alone that telling one another is worth a try."""
+    """Whether so many frames are uncertain or not mapped that joint processing is worth trying."""
     unsure = sum(summary.frames.get(status.label, 0) for status in (Status.UNCERTAIN, Status.NO_MAPPING))
     return may_join(summary) and unsure > MUCH * sum(summary.frames.values())
 
@@ -322,7 +326,7 @@ class StatusTime:
 
 
 def status_times(seconds: dict[str, float]) -> list[StatusTime]:
-    """Return the time spent in each status, in the palette's order; statuses without time are left out."""
+    """Return the time spent in each status, in the palette's order, without statuses that do not occur."""
     total = sum(seconds.values())
     return [
         StatusTime(style, seconds[label], seconds[label] / total)

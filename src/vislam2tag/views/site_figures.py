@@ -1,4 +1,4 @@
-"""A site in print: plans with landmarks, the workflow of labelling, walkable space, residuals of a registration."""
+"""Print figures of a site: plans with landmarks, the labelling workflow, walkable space, registration residuals."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def scan_labels(floor: Floor, landmarks: Landmarks, wifi: pl.DataFrame) -> Figur
 
 
 def scan_layers(wifi: pl.DataFrame) -> list[Trace]:
-    """The labelled readings of a table as dots, neighbouring scans apart by colour, and the mean of each scan."""
+    """The labelled readings of a table as dots, coloured by scan, and the mean of each scan."""
     labelled = wifi.drop_nulls("x").sort("scan")
     rank = labelled["scan"].rank("dense").to_list()
     means = labelled.group_by("scan", maintain_order=True).agg(pl.col("x", "y").mean())
@@ -70,13 +70,13 @@ def walk_layer(trajectory: Trajectory, name: str, colour: str) -> Trace:
 
 
 def recorded(camera: CameraTrack, log: LandmarkLog) -> PlanPanel:
-    """A walk as recorded, in the tracker's frame, and wherever the tracker had its landmarks."""
+    """A walk as recorded in the tracker's frame, with all logged positions of its landmarks."""
     known = np.unique(np.round(log.plane_acs[~log.lost], 2), axis=0)
     layers = [
         line("camera", camera.plane_acs[camera.usable], GREY),
         dots("landmarks as logged", known, VERMILION, 4),
     ]
-    return PlanPanel("A walk is recorded", None, layers)
+    return PlanPanel("Recorded walk", None, layers)
 
 
 def landmark_configuration(site: Site) -> Figure:
@@ -97,30 +97,30 @@ def workflow(
     trajectory: Trajectory,
     wifi: pl.DataFrame,
 ) -> Figure:
-    """Draw what becomes of a walk: landmarks surveyed, the walk recorded, mapped, its Wi-Fi readings labelled.
+    """Draw the steps of labelling: surveyed landmarks, recorded walk, mapped walk, labelled Wi-Fi readings.
 
     ``wifi`` is the labelled table (see :func:`vislam2tag.labeling.tables.label_readings`).
     """
     extent, below = extent_of(floor, landmarks), site_layers(floor, landmarks, ids=False)
-    walk = walk_layer(trajectory, "mapped, without what is discarded", colour_of("local-corrected"))
+    walk = walk_layer(trajectory, "mapped, without discarded frames", colour_of("local-corrected"))
     return printed(
         [
-            PlanPanel("Landmarks are placed and surveyed", floor, site_layers(floor, landmarks), extent),
+            PlanPanel("Surveyed landmarks", floor, site_layers(floor, landmarks), extent),
             recorded(camera, log),
-            PlanPanel("It is mapped", floor, [*below, walk], extent),
-            PlanPanel("Readings are labelled", floor, [*below, *scan_layers(wifi)], extent),
+            PlanPanel("Mapped walk", floor, [*below, walk], extent),
+            PlanPanel("Labelled readings", floor, [*below, *scan_layers(wifi)], extent),
         ]
     )
 
 
 _BAR_STEPS = (1.0, 2.0, 5.0)
 _AXIS_SHARE, _BAR_SHARE, _NORTH_SHARE = 0.12, 0.25, 0.08
-"""Of the wider side of what is shown."""
+"""Share of the longer side of the drawing."""
 
 
 def site_plan(floors: Sequence[Floor], landmarks: Landmarks) -> Figure:
     """Draw each floor: its plan, landmarks with their ids, control points, the BCS axes at its origin, a scale bar,
-    and north where the floor has a place on earth.
+    and north if the floor has a georeference.
     """
     panels = []
     for floor in floors:
@@ -135,7 +135,7 @@ def _side_m(extent: Extent) -> float:
 
 
 def _shown(floor: Floor, landmarks: Landmarks) -> Extent:
-    """Corners of what is shown: the plan, what was surveyed, the origin if it is near, and a margin below."""
+    """Corners of the drawing: plan, surveyed points, the origin if it is close, and a margin below."""
     low, high = extent_of(floor, landmarks)
     here = landmarks.on_floor(floor.number)
     points = np.concatenate((here.position_bcs[here.surveyed], floor.control_points.position_bcs, [low, high]))
@@ -147,7 +147,7 @@ def _shown(floor: Floor, landmarks: Landmarks) -> Extent:
 
 
 def _bearings(floor: Floor, extent: Extent) -> Iterator[Trace]:
-    """The BCS axes at its origin, else near the lower left corner; and true north, whose bearing the y axis has."""
+    """The BCS axes at the origin, or near the lower left corner, and true north."""
     side_m = _side_m(extent)
     shown = (extent[0] <= 0).all() and (extent[1] >= 0).all()
     origin = np.zeros(2) if shown else extent[0] + 0.03 * side_m
@@ -181,7 +181,7 @@ def _scale_bar(extent: Extent) -> Iterator[Trace]:
 
 
 def _round_below(value: float) -> float:
-    """The greatest of 1, 2, 5, 10, ... and their parts that is no more than a value."""
+    """The largest of ..., 0.1, 0.2, 0.5, 1, 2, 5, 10, ... up to a value."""
     decade = 10.0 ** math.floor(math.log10(value))
     return max(step * decade for step in _BAR_STEPS if step * decade <= value)
 
@@ -199,14 +199,14 @@ _NODE_COLOURS = {
 
 
 def walkable_figure(floor: Floor, space: WalkableSpace, graph: CorridorGraph) -> Figure:
-    """Draw the plan, what of it can be walked, its walls, and the graph with its kinds of nodes."""
+    """Draw the plan, its walkable space and walls, and the graph with its kinds of nodes."""
     extent = extent_around(space.walls.reshape(-1, 2))
     square_m = float(space.area.mask.sum()) * space.area.cell_m**2
     corridor_m = float(graph.length_m[~graph.in_room & ~graph.shortcut].sum())
-    title = f"{floor.name}: {square_m:.0f} m² can be walked, {corridor_m:.0f} m of ways outside rooms"
+    title = f"{floor.name}: {square_m:.0f} m² walkable, {corridor_m:.0f} m of ways outside rooms"
     mask = np.where(space.area.mask, 1.0, np.nan)
     layers = [
-        grid_cells("can be walked", space.area.grid, mask, opacity=0.6, **one_colour("#b7e0c3")),
+        grid_cells("walkable", space.area.grid, mask, opacity=0.6, **one_colour("#b7e0c3")),
         line("wall", joined(space.walls), TRUTH, 1),
         *_graph_layers(graph),
     ]
@@ -223,9 +223,9 @@ def _graph_layers(graph: CorridorGraph) -> Iterator[Trace]:
 
 
 REGION_95 = 5.991
-"""Squared Mahalanobis distance in the plane that holds 95 %."""
+"""Squared Mahalanobis distance of the 95 % region in the plane."""
 _LONGEST_SHARE = 0.08
-"""Length of the longest arrow, of the plan's longer side."""
+"""Length of the longest arrow as a share of the plan's longer side."""
 _SOURCE_COLOURS = {PositionSource.STATION: VERMILION, PositionSource.TAPE: GREEN, PositionSource.CLICK: "#cc79a7"}
 _ODD_SIGMAS = 3.0
 _CIRCLE = np.exp(2j * np.pi * np.linspace(0, 1, 41))
@@ -238,7 +238,7 @@ def residual_figure(floor: Floor, found: Registration) -> Figure:
     extent = extent_around(places) if floor.extent_m is None else (floor.corners_m[0], floor.corners_m[1])
     regions, magnified = _regions(points, places, extent)
     ways, longer = _residual_arrows(found.residuals, extent)
-    title = f"95 % regions {magnified:g} times, residuals {longer:g} times as large"
+    title = f"95 % regions {magnified:g} times, residuals {longer:g} times enlarged"
     layers = [*regions, *_points(points, places), ways]
     return printed(
         [PlanPanel(title, floor, layers, extent), _histogram((*found.residuals, *found.tape_residuals))], extra_in=0.7
@@ -254,7 +254,7 @@ def _points(points: Sequence[RegisteredPoint], places: FloatArray) -> Iterator[T
 
 
 def _regions(points: Sequence[RegisteredPoint], places: FloatArray, extent: Extent) -> tuple[list[Trace], float]:
-    """The points' 95 % regions by source, and by how much they are magnified (a round number)."""
+    """The points' 95 % regions by source, and their magnification (a round number)."""
     if not points:
         return [], 1.0
     values, vectors = np.linalg.eigh(np.array([one.covariance_m2 for one in points]))
@@ -270,12 +270,12 @@ def _regions(points: Sequence[RegisteredPoint], places: FloatArray, extent: Exte
 
 
 def _magnified(length_m: float, extent: Extent) -> float:
-    """The greatest of 1, 2, 5, 10, ... by which a length stays a small share of the plan."""
+    """The largest factor of 1, 2, 5, 10, ... that keeps a length a small share of the plan."""
     return _round_below(max(_LONGEST_SHARE * _side_m(extent) / max(length_m, 1e-9), 1.0))
 
 
 def _residual_arrows(residuals: Sequence[Residual], extent: Extent) -> tuple[Trace, float]:
-    """What each shot and known point is off by, from where its point lies; and by how much it is magnified."""
+    """The residuals of each shot and known point, drawn from its point, and their magnification."""
     known = [(one.at_m, one.by_m) for one in residuals if one.at_m and one.by_m]
     magnified = _magnified(max(math.hypot(*by_m) for _, by_m in known), extent) if known else 1.0
     drawn = [(at_m, (magnified * x, magnified * y), "", "") for at_m, (x, y) in known]
@@ -283,7 +283,7 @@ def _residual_arrows(residuals: Sequence[Residual], extent: Extent) -> tuple[Tra
 
 
 def _histogram(residuals: Sequence[Residual]) -> Chart:
-    """How often residuals are how large, in sigmas, beside where measurements begin to be odd."""
+    """Histogram of residuals in sigmas, with the limit for outliers."""
     sigmas = np.abs([one.sigmas for one in residuals])
     counts, edges = np.histogram(sigmas, np.arange(0, max(_ODD_SIGMAS + 1, sigmas.max(initial=0.0) + 0.5), 0.25))
     middles = (0.5 * (edges[:-1] + edges[1:])).tolist()

@@ -1,4 +1,4 @@
-"""The report's section on uncertainty: how sure labels are, whether that is true, what caused errors."""
+"""The report's section on uncertainty: sigma of labels, its calibration, and causes of errors."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from vislam2tag.labeling.results import ErrorRecord, Summary
 from vislam2tag.quality.evaluation.reliability import (
     CoverageCurve,
     ReliabilityCurve,
+    Verdict,
     coverage_curve,
     reliability_curve,
     verdict,
@@ -25,7 +26,7 @@ from vislam2tag.views.layers import BLUE, GREY, VERMILION, Trace, axis, chart, f
 def uncertainty(summary: Summary, limit_m: float) -> dict[str, Any]:
     """Uncertainty, errors, events and contradictions of a whole run, for the report's template.
 
-    ``limit_m`` is the sigma above which a frame or reading is uncertain; it may be infinite. ``coverage`` is None where
+    ``limit_m`` is the sigma above which a frame or reading is uncertain; it may be infinite. ``coverage`` is None if
     no true point has a label.
     """
     errors = summary.errors
@@ -33,9 +34,9 @@ def uncertainty(summary: Summary, limit_m: float) -> dict[str, Any]:
     reliability = reliability_curve(errors) if errors else None
     figures = []
     if reliability is not None:
-        figures.append(("Reliability: is the stated uncertainty true?", reliability_figure(reliability)))
+        figures.append(("Reliability: predicted and observed errors", reliability_figure(reliability)))
     if coverage is not None and errors is not None and any(errors.inside):
-        title = "Coverage and accuracy: what a limit on sigma costs and brings"
+        title = "Coverage and accuracy for each limit of sigma"
         figures.append((title, coverage_figure(coverage, limit_m)))
     observed = None if reliability is None else reliability.observed
     return {
@@ -49,17 +50,21 @@ def uncertainty(summary: Summary, limit_m: float) -> dict[str, Any]:
     }
 
 
+_JUDGED = {Verdict.ABOUT_TRUE: "about right", Verdict.TOO_SURE: "too small", Verdict.TOO_CAUTIOUS: "too large"}
+
+
 def _verdict(errors: ErrorRecord, reliability: ReliabilityCurve | None) -> str:
-    """What to think of the stated sigmas, as a sentence."""
+    """Judgement of the predicted sigmas, as a sentence."""
     if reliability is None:
         return (
-            "Whether the stated sigmas are true cannot be told here: this truth is itself less exact than the "
-            "labels say they are. A total station, or a truth.csv of the whole walk, would tell."
+            "These points cannot verify the predicted sigmas, because the ground truth is less exact than the labels "
+            "claim to be. Use a total station, or a truth.csv of the whole walk."
         )
     judged = verdict(errors)
     if judged is None:
-        return f"Fewer than {FEWEST_WALKS} walks: too few to tell whether the stated sigmas are true."
-    return f"So errors are {reliability.times_as_large:.2f} times as large as stated: the stated sigmas are {judged}."
+        return f"Fewer than {FEWEST_WALKS} walks are too few to verify the predicted sigmas."
+    size = f"{reliability.times_as_large:.2f} times as large as predicted"
+    return f"Errors are {size}: the predicted sigmas are {_JUDGED[judged]}."
 
 
 def event_style(kind: EventKind) -> EventStyle:
@@ -68,22 +73,22 @@ def event_style(kind: EventKind) -> EventStyle:
 
 
 def reliability_figure(curve: ReliabilityCurve) -> str:
-    """Return, as JSON, the observed against the stated share of errors inside a region, in percent."""
+    """Return, as JSON, the observed against the predicted share of errors inside a region, in percent."""
     traces = [
-        scatter("lines", "true uncertainty", x=[0, 100], y=[0, 100], line={"color": GREY, "dash": "dash"}),
+        scatter("lines", "correct uncertainty", x=[0, 100], y=[0, 100], line={"color": GREY, "dash": "dash"}),
         scatter(
             "lines",
             "these labels",
             None,
-            "%{y:.1f} % of the errors lie inside<br>the stated %{x:.0f} % region",
+            "%{y:.1f} % of the errors are inside<br>the predicted %{x:.0f} % region",
             x=_percent(curve.stated),
             y=_percent(curve.observed),
             line={"color": BLUE, "width": 3},
         ),
     ]
-    x = axis("stated region / %", [0, 100], fixedrange=True)
+    x = axis("predicted region / %", [0, 100], fixedrange=True)
     figure = chart(traces, x, axis("errors inside / %", [0, 100], fixedrange=True))
-    for text, at, up in (("too cautious", 20, 90), ("too sure", 80, 10)):
+    for text, at, up in (("too cautious", 20, 90), ("too confident", 80, 10)):
         figure.add_annotation(x=at, y=up, text=text, showarrow=False, font={"color": GREY})
     return figure_json(figure)
 
@@ -95,7 +100,7 @@ def coverage_layers(
     dashes: tuple[str, str] = ("solid", "solid"),
 ) -> list[Trace]:
     """Mean and 95th percentile of the errors against the share labelled in percent."""
-    limits = ["no sigma stated" if np.isnan(limit) else f"sigma up to {limit:.2f} m" for limit in curve.max_sigma_m]
+    limits = ["no sigma" if np.isnan(limit) else f"sigma up to {limit:.2f} m" for limit in curve.max_sigma_m]
     errors = ((f"{called}mean", curve.mean_m), (f"{called}95th percentile", curve.p95_m))
     return [
         scatter(
@@ -117,7 +122,7 @@ COVERAGE_AXIS = axis("share of true points labelled / %", [0, 102], fixedrange=T
 
 
 def coverage_figure(curve: CoverageCurve, limit_m: float) -> str:
-    """Return, as JSON, mean and 95th percentile of the errors against the share labelled; a mark at the limit set."""
+    """Return, as JSON, mean and 95th percentile of the errors against the share labelled, with a mark at the limit."""
     figure = chart(coverage_layers(curve), COVERAGE_AXIS, axis("error / m", fixedrange=True, rangemode="tozero"))
     within = np.flatnonzero(~(curve.max_sigma_m > limit_m))
     if len(within) and np.isfinite(limit_m):

@@ -635,7 +635,7 @@ export interface components {
         };
         /**
          * AddedFloor
-         * @description The floor that was added, and what was decided about its plan.
+         * @description The added floor, and decisions about its plan.
          */
         AddedFloor: {
             /** Floor */
@@ -677,7 +677,7 @@ export interface components {
         };
         /**
          * CollectingView
-         * @description Where phones hand over; without an address they cannot now.
+         * @description State of receiving; without an address, it is off.
          */
         CollectingView: {
             /** Code */
@@ -745,7 +745,7 @@ export interface components {
         };
         /**
          * ComparisonView
-         * @description Two outputs side by side, and which they are.
+         * @description Comparison of two outputs.
          */
         ComparisonView: {
             a: components["schemas"]["OutputView"];
@@ -797,7 +797,7 @@ export interface components {
         };
         /**
          * ControlPointView
-         * @description A control point as its file has it, and as corrections have it.
+         * @description A control point in its file, and after corrections.
          */
         ControlPointView: {
             /** Corrected */
@@ -840,7 +840,7 @@ export interface components {
         };
         /**
          * CorrectionsText
-         * @description The whole file.
+         * @description The complete file.
          */
         CorrectionsText: {
             /** Text */
@@ -848,7 +848,7 @@ export interface components {
         };
         /**
          * CorrectionsView
-         * @description The file as it is; empty text and version where there is none.
+         * @description The current file; empty text and version if there is none.
          */
         CorrectionsView: {
             /** Entries */
@@ -862,7 +862,7 @@ export interface components {
         };
         /**
          * Covered
-         * @description What of a floor was walked, by the labels; ``note`` says why nothing is known of it.
+         * @description Coverage of a floor by the labels; ``note`` says why it is unknown.
          */
         Covered: {
             /** Floor */
@@ -895,7 +895,7 @@ export interface components {
         };
         /**
          * DiagnosisView
-         * @description Faults, those whose correction brings most first; ``quick``: of the labels alone, without gains.
+         * @description Faults, with the most useful corrections first; ``quick``: from the labels alone, without gains.
          */
         DiagnosisView: {
             /** Faults */
@@ -911,7 +911,7 @@ export interface components {
         };
         /**
          * DiscardedView
-         * @description Frames without a position, where the raw path can be laid over the plan.
+         * @description Frames without a position, if the raw path can be aligned with the plan.
          */
         DiscardedView: {
             /** Floor */
@@ -945,7 +945,7 @@ export interface components {
         };
         /**
          * DroppedFile
-         * @description A file that was brought; later requests name it by its number.
+         * @description An uploaded file; later requests refer to its number.
          */
         DroppedFile: {
             /** Id */
@@ -983,7 +983,7 @@ export interface components {
         };
         /**
          * EventKindView
-         * @description What a kind of event means.
+         * @description The meaning of a kind of event.
          */
         EventKindView: {
             /** Colour */
@@ -997,7 +997,7 @@ export interface components {
         };
         /**
          * EventView
-         * @description A step of the tracker that is no motion.
+         * @description A jump of the tracker that is not motion.
          */
         EventView: {
             /** Floor */
@@ -1046,7 +1046,7 @@ export interface components {
         };
         /**
          * FaultPlace
-         * @description Where a landmark is by the table, and where by the walks.
+         * @description Position of a landmark in the table and according to the walks.
          */
         FaultPlace: {
             /** Floor */
@@ -1064,7 +1064,7 @@ export interface components {
         };
         /**
          * FaultView
-         * @description Something wrong with the survey, and what corrects it.
+         * @description A fault of the survey, and its correction.
          */
         FaultView: {
             /** Changes */
@@ -1093,7 +1093,7 @@ export interface components {
         };
         /**
          * Feature
-         * @description Something that a layer draws, BCS metres: a point, a line, or an area (outer ring) with holes.
+         * @description A shape of a layer, BCS metres: a point, a line, or an area (outer ring) with holes.
          */
         Feature: {
             /**
@@ -1186,7 +1186,7 @@ export interface components {
         };
         /**
          * FleetRow
-         * @description A survey in the list, by what the catalogue says of it without its errors, which may name files.
+         * @description A survey in the list, from the catalogue without its errors, which may contain paths.
          */
         FleetRow: {
             /** Devices */
@@ -1269,7 +1269,7 @@ export interface components {
         };
         /**
          * FleetView
-         * @description What the list shows at once.
+         * @description The first part of the list.
          */
         FleetView: {
             /** Name */
@@ -1308,7 +1308,7 @@ export interface components {
         };
         /**
          * FloorRequest
-         * @description A dropped plan that becomes a floor; ``whole``: all of its page, not only the building on it.
+         * @description A dropped plan that becomes a floor; ``whole``: the complete page, not only the building on it.
          */
         FloorRequest: {
             /** File */
@@ -1322,7 +1322,7 @@ export interface components {
         };
         /**
          * FloorView
-         * @description A floor and where its plan is.
+         * @description A floor and the address of its plan.
          */
         FloorView: {
             /** Elevation M */
@@ -1381,7 +1381,7 @@ export interface components {
         };
         /**
          * Invitation
-         * @description An address by which one more device may enter, and its code to scan, in lines of half blocks.
+         * @description An address for one more device, and its QR code in lines of half blocks.
          */
         Invitation: {
             /** Code */
@@ -1391,7 +1391,7 @@ export interface components {
         };
         /**
          * Job
-         * @description A job and how far it is.
+         * @description A job and its progress.
          */
         Job: {
             /** Done */
@@ -1421,8 +1421,8 @@ export interface components {
         };
         /**
          * JobRequest
-         * @description What to do: map sessions (None: all whose labels are stale or missing), look for faults, make radio maps, a data
-         *     set, or a page of files.
+         * @description The job: process sessions (None: all with outdated or missing labels), search for faults, create radio maps, a
+         *     data set, or a static page.
          */
         JobRequest: {
             /**
@@ -1478,7 +1478,7 @@ export interface components {
         };
         /**
          * LandmarkView
-         * @description A landmark as its file has it, and as corrections for all sessions have it.
+         * @description A landmark in its file, and after corrections for all sessions.
          */
         LandmarkView: {
             /** Corrected */
@@ -1524,7 +1524,7 @@ export interface components {
         };
         /**
          * LayerView
-         * @description What a layer draws on one floor.
+         * @description The shapes of a layer on one floor.
          */
         LayerView: {
             /** Features */
@@ -1540,7 +1540,7 @@ export interface components {
         };
         /**
          * NewLabels
-         * @description Sessions whose labels are new, by their ids.
+         * @description Ids of sessions with new labels.
          */
         NewLabels: {
             /** Sessions */
@@ -1550,7 +1550,7 @@ export interface components {
         };
         /**
          * OutputView
-         * @description Labels of the survey: those that the studio makes, those as they were before, or others to compare with.
+         * @description Labels of the survey: those of the studio, the earlier ones, or others for comparison.
          */
         OutputView: {
             /** Folder */
@@ -1564,7 +1564,7 @@ export interface components {
         };
         /**
          * PlanChange
-         * @description Other landmarks of a plan: these, of which the one called ``moved`` goes ``to`` a point; a new one, if none.
+         * @description Changed landmarks of a plan: the landmark ``moved`` goes ``to`` a point; None adds a new one.
          */
         PlanChange: {
             /** Landmarks */
@@ -1587,7 +1587,7 @@ export interface components {
         };
         /**
          * PlanLookView
-         * @description What a plan shows before it has a scale; boxes in its own coordinates.
+         * @description Properties of a plan without scale; boxes are in its own coordinates.
          */
         PlanLookView: {
             /** Box */
@@ -1685,7 +1685,7 @@ export interface components {
         };
         /**
          * PlanWish
-         * @description What a plan of a floor's landmarks is to be like; ``number``: so many at least, fixed ones among them.
+         * @description Requirements of a landmark plan for a floor; ``number``: the minimum, including fixed ones.
          */
         PlanWish: {
             /** Floor */
@@ -1704,7 +1704,7 @@ export interface components {
         };
         /**
          * PlannedMark
-         * @description Where it hangs, and on what paper.
+         * @description Its position and paper.
          */
         PlannedMark: {
             /** Id */
@@ -1720,7 +1720,7 @@ export interface components {
         };
         /**
          * PlannedView
-         * @description Planned landmarks, and what labels are to be expected of walks past them and the ``fixed`` ones.
+         * @description Planned landmarks, and the expected labels of walks past them and the ``fixed`` ones.
          */
         PlannedView: {
             /** Columns */
@@ -1761,7 +1761,7 @@ export interface components {
         PositionSource: "station" | "tape" | "click";
         /**
          * Preview
-         * @description What changes would make of the file; nothing is saved.
+         * @description The result of changes of the file; nothing is saved.
          */
         Preview: {
             /** Before */
@@ -1779,9 +1779,9 @@ export interface components {
         };
         /**
          * PreviewRequest
-         * @description Changes to look at, of a text or of the file as it is.
+         * @description Changes to preview, of a text or of the current file.
          *
-         *     With ``base``, the text that the page made its change from, the change is applied to the file as it is now.
+         *     With ``base``, the text on which the page based its change, the change is applied to the current file.
          */
         PreviewRequest: {
             /**
@@ -1816,7 +1816,7 @@ export interface components {
         };
         /**
          * RadioChanges
-         * @description What changed between the labels and another output.
+         * @description Changes between the labels and another output.
          */
         RadioChanges: {
             /** Changed */
@@ -1832,7 +1832,7 @@ export interface components {
         };
         /**
          * RadioFloor
-         * @description The maps of a floor and technology, most heard first; all of the same cells.
+         * @description The maps of a floor and technology, those with most readings first; all with the same cells.
          */
         RadioFloor: {
             /** Access Points */
@@ -1891,7 +1891,7 @@ export interface components {
         };
         /**
          * ReceivedSession
-         * @description A session that was handed over; ``path`` is its folder in the survey.
+         * @description A received session; ``path`` is its folder in the survey.
          */
         ReceivedSession: {
             /** Already */
@@ -1901,7 +1901,7 @@ export interface components {
         };
         /**
          * RegisterRequest
-         * @description What is measured on a floor, by numbers of dropped files; ``known``: landmarks of the site that are known.
+         * @description Measurements on a floor, by numbers of dropped files; ``known``: landmarks of the site as known points.
          */
         RegisterRequest: {
             /**
@@ -2088,7 +2088,7 @@ export interface components {
         };
         /**
          * RegistrationView
-         * @description What registering found, and the files of the survey that it wrote.
+         * @description Result of a registration, and the written files of the survey.
          */
         RegistrationView: {
             found: components["schemas"]["Registration"];
@@ -2253,7 +2253,7 @@ export interface components {
         };
         /**
          * SessionDetail
-         * @description Everything of one session but its frames.
+         * @description Everything about one session except its frames.
          */
         SessionDetail: {
             /** Contradictions */
@@ -2286,7 +2286,7 @@ export interface components {
         };
         /**
          * SessionList
-         * @description All sessions, those that are left out among them.
+         * @description All sessions, including excluded ones.
          */
         SessionList: {
             /** Sessions */
@@ -2296,7 +2296,7 @@ export interface components {
         };
         /**
          * SessionView
-         * @description A session in the list; its place there is the number in the column ``session``.
+         * @description A session in the list; its index there is the number in the column ``session``.
          */
         SessionView: {
             /** Bounds */
@@ -2370,7 +2370,7 @@ export interface components {
         Severity: "info" | "warning" | "error";
         /**
          * SharedFolder
-         * @description A folder that can be given away.
+         * @description A folder that can be shared.
          */
         SharedFolder: {
             /** File */
@@ -2386,7 +2386,7 @@ export interface components {
         };
         /**
          * SharedView
-         * @description What was made of the survey; None where nothing was.
+         * @description The shared folder of the survey; None if there is none.
          */
         SharedView: {
             dataset: components["schemas"]["SharedFolder"] | null;
@@ -2394,7 +2394,7 @@ export interface components {
         };
         /**
          * SheetsView
-         * @description Sheets that were made.
+         * @description Created sheets.
          */
         SheetsView: {
             /** Folder */
@@ -2406,7 +2406,7 @@ export interface components {
         };
         /**
          * SheetsWish
-         * @description Sheets for all landmarks, or those of ``ids`` (1-40,lobby), on this paper where the site names none.
+         * @description Sheets for all landmarks, or those of ``ids`` (1-40,lobby), on this paper if the site specifies none.
          */
         SheetsWish: {
             /**
@@ -2443,7 +2443,7 @@ export interface components {
         };
         /**
          * StatusView
-         * @description What a status means; ``code`` is that of the column ``status``.
+         * @description The meaning of a status; ``code`` is that of the column ``status``.
          */
         StatusView: {
             /** Code */
@@ -2520,7 +2520,7 @@ export interface components {
         };
         /**
          * TapView
-         * @description Where a walk without tracker was at a moment, with its corrections; ``name`` tells where that is from.
+         * @description A known position of a walk without tracker at a moment, with its corrections; ``name`` is its source.
          */
         TapView: {
             /** At S */
@@ -2534,7 +2534,7 @@ export interface components {
         };
         /**
          * TapsView
-         * @description All of a walk, None where it had a tracker; a correction means the tap within ``same_s`` of its moment.
+         * @description All taps of a walk, None if it had a tracker; a correction applies to the tap within ``same_s`` of its moment.
          */
         TapsView: {
             /**
@@ -2547,7 +2547,7 @@ export interface components {
         };
         /**
          * Title
-         * @description A name for people, by language.
+         * @description A display name by language.
          */
         Title: {
             /** De */
@@ -2557,7 +2557,7 @@ export interface components {
         };
         /**
          * UndoRequest
-         * @description A saved change to take back: the whole text before it and after it.
+         * @description A saved change to undo: the complete text before and after it.
          */
         UndoRequest: {
             /** After */
@@ -2576,7 +2576,7 @@ export interface components {
         };
         /**
          * Versions
-         * @description What tells a page that it shows something old.
+         * @description Versions that show a page whether its data is outdated.
          */
         Versions: {
             /** Corrections */
@@ -2590,7 +2590,7 @@ export interface components {
         };
         /**
          * VisitView
-         * @description A landmark passed.
+         * @description An observed landmark.
          */
         VisitView: {
             /** Distance M */
@@ -2608,7 +2608,7 @@ export interface components {
         };
         /**
          * WallsRequest
-         * @description Strokes over what is corrected of a floor already, or ``anew``.
+         * @description Strokes over existing corrections of a floor, or ``anew`` without them.
          */
         WallsRequest: {
             /**
@@ -2631,7 +2631,7 @@ export interface components {
         };
         /**
          * WallsView
-         * @description Where a floor can be walked: ``rings`` about the space and its holes, the outer one first.
+         * @description Walkable space of a floor: ``rings`` around it and its holes, the outer one first.
          */
         WallsView: {
             /** Area M2 */
@@ -2650,7 +2650,7 @@ export interface components {
         };
         /**
          * Written
-         * @description How much was written, and where.
+         * @description Number of written items, and their place.
          */
         Written: {
             /** Count */

@@ -26,7 +26,7 @@ from vislam2tag.simulation.settings import Climb, SiteColumn
 from vislam2tag.simulation.survey import WritingOptions, simulate
 
 SECONDS = 90.0
-BY_PLAN = ("Walkable (plan)", "Room by room", "Rooms entered")
+BY_PLAN = ("Walkable (plan)", "Coverage by room", "Rooms entered")
 """What the page of a data set says where the survey's plans are at hand."""
 
 
@@ -282,7 +282,7 @@ def test_sources_that_cannot_be_used(survey: Path, labels: Path, built: Dataset,
     for options, message in (
         (BuildOptions(labels=tmp_path / "kept"), "--labels: all sources are labelled"),
         (BuildOptions(surveys=(survey, survey)), "--survey: given for 2 of 1"),
-        (BuildOptions(surveys=(other,)), "--survey .*floor 0 is not the one"),
+        (BuildOptions(surveys=(other,)), "--survey .*floor 0 differs from the floor"),
     ):
         with pytest.raises(UsageError, match=message):
             build_dataset(labels, tmp_path / "set", options=options)

@@ -63,6 +63,6 @@ def test_the_walk_in_coverage_json_begins_at_the_start_and_ends_in_the_gap(folde
 
 
 def test_a_start_on_a_floor_without_labels_is_refused_before_anything_is_written(folder: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="--start A/7: no label lies on this floor; floors with labels: 0, 1"):
+    with pytest.raises(UsageError, match="--start A/7: this floor has no labels; floors with labels: 0, 1"):
         make_dataset_figures(folder, tmp_path / "out", starts={Storey("A", 7): (1.0, 1.0)})
     assert not (tmp_path / "out").exists()

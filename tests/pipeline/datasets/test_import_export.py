@@ -225,8 +225,8 @@ def test_privacy_is_that_of_every_format(name: str, tmp_path: Path) -> None:
     ("name", "options", "said"),
     [
         ("nope", ExportOptions(), "no format 'nope' can be written; formats are: comford, geojson, gia"),
-        ("geojson", ExportOptions(split="random"), "--split: means nothing to the format geojson"),
-        ("uji", ExportOptions(survey=Path("x")), "--survey: means nothing to the format uji"),
+        ("geojson", ExportOptions(split="random"), "--split: does not apply to the format geojson"),
+        ("uji", ExportOptions(survey=Path("x")), "--survey: does not apply to the format uji"),
         ("uji", ExportOptions(fold="x"), "--fold x: name the split of this fold with --split"),
         ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; its splits: "),
         ("gia", ExportOptions(), "is a data set; gia is made of labels"),
@@ -243,9 +243,9 @@ def test_what_cannot_be_asked_for(
 def test_what_is_no_source(survey: Path, sources: dict[str, Path], tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="no such folder"):
         export(tmp_path / "nothing", tmp_path / "out", "uji")
-    with pytest.raises(DatasetError, match="neither a data set nor an output folder"):
+    with pytest.raises(DatasetError, match="expected a data set or an output folder"):
         export(survey, tmp_path / "out", "uji")
-    with pytest.raises(UsageError, match="is no output folder"):
+    with pytest.raises(UsageError, match="is not an output folder"):
         export(survey, tmp_path / "out", "tum")
     with pytest.raises(OutputError, match="is not empty and was not made by this command"):
         export(sources[SMALL], sources[SIMULATED], "uji")
@@ -265,7 +265,7 @@ def test_a_failed_export_leaves_what_was_there(sources: dict[str, Path], tmp_pat
 def test_the_raw_survey_is_no_place_for_it(labels: Path, survey: Path, tmp_path: Path) -> None:
     shutil.copytree(survey, tmp_path / "survey")
     options = ExportOptions(survey=tmp_path / "survey")
-    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+    with pytest.raises(OutputError, match="this folder is among the survey's sessions"):
         export(labels, tmp_path / "survey" / "floor_0" / "out", "gia", options)
     export(labels, tmp_path / "out", "gia", options)
     assert (tmp_path / "out" / "floor_dimensions.csv").read_bytes() == (survey / "floor_dimensions.csv").read_bytes()

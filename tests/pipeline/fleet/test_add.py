@@ -68,8 +68,8 @@ def test_another_survey_of_the_same_name_is_refused(fleet: Path, ward: Path, oth
     before = tree_of(fleet, tmp_path / "before")
     error = the_error(vislam2tag("fleet", "add", fleet, other_ward))
     assert f"{other_ward}: " in error
-    assert f"of the survey ward in the fleet, which was added from {ward};" in error
-    assert "if it is another survey, give --name NAME" in error
+    assert f"of the survey ward in the fleet, which was added from {ward}." in error
+    assert "If it is another survey, use --name NAME" in error
     assert tree_of(fleet, tmp_path / "after") == before
     done = vislam2tag("fleet", "add", fleet, other_ward, "--name", "ward-south", "--json")
     assert changes_of(done) == {"added": sorted(bytes_of(other_ward))}
@@ -159,7 +159,7 @@ def test_nothing_is_added_if_one_of_several_is_refused(
     assert "differ from the files" in the_error(vislam2tag("fleet", "add", fleet, fresh, other_ward))
     (tmp_path / "fresh").rename(tmp_path / "copy" / "ward")
     alike = the_error(vislam2tag("fleet", "add", fleet, other_ward, tmp_path / "copy" / "ward"))
-    assert alike.endswith("would have the same name in the fleet; add each alone, with --name")
+    assert alike.endswith("would have the same name in the fleet; add each separately with --name")
     (tmp_path / "empty").mkdir()
     the_error(vislam2tag("fleet", "add", fleet, tmp_path / "empty"))
     assert "give exactly one SURVEY" in the_error(vislam2tag("fleet", "add", fleet, "--name", "x", ward, fresh))

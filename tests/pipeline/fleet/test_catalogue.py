@@ -104,7 +104,7 @@ def test_a_damaged_catalogue_is_one_message(damage: str, tmp_path: Path) -> None
         changed.cast(pl.Schema({name: CATALOGUE[name] for name in changed.columns})).write_parquet(snapshot)
     for verb in ("list", "report"):
         told = vislam2tag("fleet", verb, fleet.root)
-        assert f"{snapshot.name}: is damaged; remove fleet.json there" in the_error(told)
+        assert f"{snapshot.name}: the catalogue is damaged; remove fleet.json there" in the_error(told)
 
 
 @pytest.mark.parametrize("place", ["folder", "bucket"])

@@ -100,9 +100,9 @@ def test_a_fleet_with_shifted_ids_fails_as_its_survey_does(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("command", ["process", "list", "status", "report"])
 def test_where_no_fleet_is_it_is_told_how_to_begin_one(command: str, tmp_path: Path) -> None:
-    assert "begin one: vislam2tag fleet add" in the_error(vislam2tag("fleet", command, tmp_path))
+    assert "start one with vislam2tag fleet add" in the_error(vislam2tag("fleet", command, tmp_path))
 
 
 def test_an_unknown_survey_is_told(fleet: SmallFleet) -> None:
     done = vislam2tag("fleet", "process", fleet.address, "--survey", "wrad")
-    assert the_error(done).startswith(f"error: wrad: no survey of {fleet.address}")
+    assert the_error(done).startswith(f"error: wrad: {fleet.address} has no such survey")

@@ -172,10 +172,10 @@ def test_what_is_wrong_is_named(without_wifi: Path, zipped: Path, tmp_path: Path
     for arguments, message in (
         ((walk, tmp_path / "gone.zip"), "no such file or folder"),
         ((walk, tmp_path / "empty"), "contains no recording of a known app"),
-        ((walk, tmp_path / "co2.csv"), "nothing in it can be compared"),
-        ((tmp_path / "empty", zipped), "is no session's folder"),
-        ((walk, zipped, "--by", "stars"), "there are motion, levels, taps"),
-        ((walk, zipped, "--lever-arm-m", "99"), "0 to 10 m apart"),
+        ((walk, tmp_path / "co2.csv"), "the recording has nothing to compare"),
+        ((tmp_path / "empty", zipped), "not a session folder"),
+        ((walk, zipped, "--by", "stars"), "unknown method; choose one of motion, levels, taps"),
+        ((walk, zipped, "--lever-arm-m", "99"), "expected 0 to 10 m between"),
     ):
         assert message in the_error(vislam2tag("attach", *arguments))
 
@@ -186,7 +186,7 @@ def test_a_companion_that_changed_since_is_an_error_of_the_session(without_wifi:
     inside = walk / "companions" / "pixel.zip"
     shutil.copy(zipped, inside)
     assert vislam2tag("attach", walk, inside).returncode == 0
-    assert "is there already" in the_error(vislam2tag("attach", walk, inside))
+    assert "already exists" in the_error(vislam2tag("attach", walk, inside))
     inside.write_bytes(inside.read_bytes() + b"\0")
     shown = json.loads(vislam2tag("inspect", without_wifi, "--json").stdout)
     (finding,) = (each for each in shown["sessions"][0]["findings"] if each["kind"] == "companion_missing")

@@ -68,7 +68,7 @@ def test_what_failed_before_and_what_lost_its_tables_is_told(tmp_path: Path) -> 
 def test_labels_of_another_strategy_are_refused_as_by_process(tmp_path: Path) -> None:
     survey, out = make_survey(tmp_path / "survey", devices=("LG",), seconds=20.0), tmp_path / "labels"
     process(survey, out, SETTINGS)
-    with pytest.raises(OutputError, match="holds labels of the strategy local-corrected"):
+    with pytest.raises(OutputError, match="the folder contains labels of the strategy local-corrected"):
         dry_run(survey, out, Settings(strategy="local"))
     done = vislam2tag("process", survey, "-o", out, "--strategy", "local-corrected", "--dry-run")
     assert done.stdout.splitlines()[0] == "0 of 1 sessions would be processed; the others are finished and unchanged"

@@ -232,7 +232,7 @@ def test_a_truth_on_another_clock_or_unreadable_is_said_to_be_missing(survey: Pa
     first.write_text("time_ns,x,y\n7000,1,2\n")
     second.write_text("t,x\n")
     found = evaluate(odd, tmp_path / "out", strategies=("smoother",))
-    assert "on one clock" in found.sessions[0].missing[0]
+    assert "use the same clock" in found.sessions[0].missing[0]
     assert "expected a table" in found.sessions[1].missing[0]
     assert found.failed == 0
     assert {row.truth for row in found.rows} == {"control_points"}
@@ -251,7 +251,7 @@ def test_without_any_truth_nothing_is_begun(tmp_path: Path) -> None:
     for name in ("truth.csv", "refmarker.csv"):
         for path in bare.rglob(name):
             path.unlink()
-    with pytest.raises(SurveyError, match="no truth to compare"):
+    with pytest.raises(SurveyError, match="no ground truth to compare"):
         evaluate(bare, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
@@ -263,7 +263,7 @@ def test_a_session_that_cannot_be_read_is_counted_and_the_others_go_on(survey: P
     found = evaluate(broken, tmp_path / "out", strategies=("smoother",))
     assert found.failed == 1
     assert found.sessions[0].faulty is None
-    assert "could not be mapped by any of the strategies" in str(found.sessions[0].error)
+    assert "could not be mapped by any strategy" in str(found.sessions[0].error)
     assert found.sessions[1].measured
 
 
@@ -272,13 +272,13 @@ def test_folders_of_other_commands_and_wrong_names_are_refused(survey: Path, out
         process(survey, out)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").touch()
-    with pytest.raises(OutputError, match="not made by vislam2tag evaluate"):
+    with pytest.raises(OutputError, match="vislam2tag evaluate did not create it"):
         evaluate(survey, tmp_path / "mine")
-    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+    with pytest.raises(OutputError, match="this folder is among the survey's sessions"):
         evaluate(survey, survey / "floor_1" / "evaluated")
     with pytest.raises(UsageError, match="no mapping strategy"):
         evaluate(survey, tmp_path / "out", strategies=("best",))
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="not a folder"):
         evaluate(survey, tmp_path / "out", truth=tmp_path / "missing")
 
 

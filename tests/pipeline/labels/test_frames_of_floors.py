@@ -1,4 +1,4 @@
-"""A walk over floors whose frames differ: each row is told in the frame of its own floor."""
+"""A walk over floors with different frames: each row is told in the frame of its own floor."""
 
 from __future__ import annotations
 
@@ -89,4 +89,4 @@ def test_landmarks_are_not_surveyed_across_frames(surveys: tuple[Path, Path]) ->
         errors.append(reduce_session(MappingSettings(), task).error)
     assert errors[0] is None
     assert errors[1] is not None
-    assert "floors whose frames differ" in errors[1]
+    assert "floors with different frames" in errors[1]

@@ -115,7 +115,7 @@ def test_landmarks_in_no_file_take_part_and_are_told(survey: Path, truth: Landma
     off = misses(result, truth)
     assert len(off) >= 7
     assert np.mean(list(off.values())) < 0.4
-    assert all(row.note.startswith("in no landmark file") for row in result.landmarks if row.landmark in off)
+    assert all(row.note.startswith("not in any landmark file") for row in result.landmarks if row.landmark in off)
     assert all(row.floor == 0 for row in result.landmarks)
 
 
@@ -141,10 +141,10 @@ def test_without_enough_surveyed_landmarks_nothing_is_placed_and_the_cause_is_to
     place = rewritten(survey, tmp_path / "s", lambda row: row if row[0] == "5" else [row[0], "", ""])
     result = landmark_survey(survey_landmarks(place))
     assert not any(session.used for session in result.sessions)
-    assert all("nothing ties it to the survey" in session.note for session in result.sessions)
+    assert all("not related to the survey" in session.note for session in result.sessions)
     others = [row for row in result.landmarks if not row.surveyed]
     assert {(row.x_m, row.sigma_m) for row in others} == {(None, None)}
-    reasons = {"no walk passed it", "only walks passed it that nothing ties to the survey"}
+    reasons = {"no walk observed it", "observed only by walks that are not related to the survey"}
     assert {row.note for row in others} <= reasons
 
 
@@ -193,7 +193,7 @@ def test_a_session_without_frames_is_told_as_such(survey: Path, tmp_path: Path) 
 
 
 def test_a_floor_without_sessions_is_a_usage_error(survey: Path) -> None:
-    with pytest.raises(UsageError, match="--floor 7: the survey has no session of it; there are: 0"):
+    with pytest.raises(UsageError, match="--floor 7: the survey has no such session; available: 0"):
         survey_landmarks(survey, floors=(7,))
 
 
@@ -257,7 +257,7 @@ def test_both_files_are_written_or_none(result: LandmarkSurvey, tmp_path: Path) 
 def test_the_surveys_own_files_are_refused(survey: Path, tmp_path: Path) -> None:
     (tmp_path / "link.csv").symlink_to(survey / "floor_0/marker_dict.csv")
     for name in (survey / "floor_0/marker_dict.csv", survey / "floor_0/new.csv", tmp_path / "link.csv"):
-        with pytest.raises(OutputError, match="lies among the survey's own files"):
+        with pytest.raises(OutputError, match="this path is among the survey's own files"):
             check_targets(survey, tmp_path / "fine.csv", name)
     check_targets(survey, survey / "completed.csv")
 

@@ -14,7 +14,7 @@ def test_a_device_is_a_fault_of_its_sessions_with_its_size() -> None:
     assert (fault.kind, fault.sessions, fault.evidence) == (
         FaultKind.ODD_REFERENCE,
         list(SESSIONS),
-        "0.60 m off at most",
+        "0.60 m at most",
     )
     assert [(one.count, one.message) for one in odd_findings(FOUND)] == [(1, "too far apart")]
 

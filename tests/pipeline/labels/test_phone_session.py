@@ -57,8 +57,8 @@ def test_the_report_shows_it(processed: Path) -> None:
     text = (processed / "report.html").read_text(encoding="utf-8")
     assert "excessive motion" in text
     assert "&lt;b&gt;dark&lt;/b&gt;" in text
-    assert re.search(r"Scans refused</td><td[^>]*>3 ", text)
-    assert "frames have the time of their exposure" in text
+    assert re.search(r"Scans rejected</td><td[^>]*>3 ", text)
+    assert "frames have exposure times" in text
 
 
 def test_inspect_shows_it(survey: Path) -> None:

@@ -80,14 +80,14 @@ def test_labels_of_another_strategy_are_replaced_only_when_told(survey: Path, tm
     out = tmp_path / "out"
     process(survey, out, Settings(strategy="local"))
     before = bytes_of(out)
-    with pytest.raises(OutputError, match=r"out: holds labels of the strategy local; give --replace .* of smoother"):
+    with pytest.raises(OutputError, match=r"out: .* labels of the strategy local; use --replace .* of smoother"):
         process(survey, out)
     assert bytes_of(out) == before
     process(survey, out, Settings(strategy="local", labels=LabelSettings(max_sigma_m=0.5)))
     (out / CHANGE_FILE).write_text("")
     run = json.loads((out / "run.json").read_bytes())
     (out / "run.json").write_text(json.dumps(run | {"rebase": [{"floor": 0}]}))
-    with pytest.raises(OutputError, match="holds labels that `vislam2tag site rebase` made; give --replace"):
+    with pytest.raises(OutputError, match="contains labels from `vislam2tag site rebase`; use --replace"):
         process(survey, out, Settings(strategy="local"))
     process(survey, out, replace=True)
     process(survey, tmp_path / "fresh")
@@ -145,7 +145,7 @@ def test_adding_a_session_does_not_change_the_others(survey: Path, tmp_path: Pat
 
 
 def test_a_selection_of_nothing_is_refused(clean_survey: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"--floor 7: .* there are: 0, 1"):
+    with pytest.raises(UsageError, match=r"--floor 7: .* available: 0, 1"):
         process(clean_survey, tmp_path / "out", selection=Selection(floors=(7,)))
 
 
@@ -190,7 +190,7 @@ def test_corrections_are_used_and_reported(survey: Path, tmp_path: Path) -> None
 def test_what_is_no_survey_or_no_place_to_write(survey: Path, tmp_path: Path) -> None:
     with pytest.raises(SurveyError, match="not a survey"):
         process(tmp_path, tmp_path / "out")
-    with pytest.raises(OutputError, match="not made by vislam2tag"):
+    with pytest.raises(OutputError, match="vislam2tag did not create it"):
         process(survey, survey)
     with pytest.raises(OutputError, match="among the survey's sessions"):
         process(survey, survey / "floor_0" / "labels")

@@ -188,10 +188,10 @@ def test_a_store_that_may_only_be_read_is_told_before_anything_is_done(survey: B
 
 def test_what_another_command_or_program_wrote_is_refused(survey: Both) -> None:
     survey.s3.store("foreign").put("notes.txt", b"mine")
-    with pytest.raises(OutputError, match=r"not made by `vislam2tag process` .it holds notes.txt"):
+    with pytest.raises(OutputError, match=r"`vislam2tag process` did not create it .it contains notes.txt"):
         survey.process("foreign")
     survey.process("strategy")
-    with pytest.raises(OutputError, match=r"^s3://bucket/strategy: holds labels of the strategy local-corrected"):
+    with pytest.raises(OutputError, match=r"^s3://bucket/strategy: .* labels of the strategy local-corrected"):
         process(survey.stored, survey.out("strategy"), Settings(strategy="local"))
 
 
@@ -201,7 +201,7 @@ def test_a_run_of_other_settings_that_takes_the_folder_is_told(survey: Both) -> 
     def take(outcome: Outcome, total: int) -> None:
         out.put(RUN_FILE, b"{}")
 
-    with pytest.raises(OutputError, match="a run of other settings is writing there"):
+    with pytest.raises(OutputError, match="a run with other settings is writing to this folder"):
         process(survey.stored, survey.out("taken"), SETTINGS, progress=take)
 
 

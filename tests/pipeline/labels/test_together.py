@@ -119,7 +119,7 @@ def test_the_run_says_that_walks_were_mapped_together(together: tuple[Path, Summ
 
 
 def test_other_strategies_map_alone(survey: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="leave --together or --strategy out"):
+    with pytest.raises(UsageError, match="remove --together or --strategy"):
         process(survey, tmp_path / "out", TOGETHER.model_copy(update={"strategy": "local"}))
     assert not (tmp_path / "out").exists()
 

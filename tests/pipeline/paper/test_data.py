@@ -79,7 +79,7 @@ def test_a_session_may_be_called_like_a_floor(paper_copy: Path, tmp_path: Path) 
 
 def test_missing_session_is_named(paper_copy: Path) -> None:
     key = SessionKey(3, "S20", "never")
-    with pytest.raises(SessionError, match="floor 3 / S20 / never is not in this data"):
+    with pytest.raises(SessionError, match="floor 3 / S20 / never does not exist in this data"):
         open_paper_data(paper_copy).find(key)
 
 

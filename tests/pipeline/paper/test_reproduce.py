@@ -89,11 +89,11 @@ def test_what_the_data_lacks_is_said_and_the_rest_is_made(paper_copy: Path, tmp_
     made = reproduce(part, tmp_path / "out")
     missing = {figure.stem: figure.missing for figure in made.figures if figure.missing}
     assert set(missing) == NEVER_DRAWN | {"figure_2", "figure_3", "figure_8", "figure_9"}
-    assert made.collection.missing == "No walk that collects fingerprints is in this data."
+    assert made.collection.missing == "The data contains no walk for collecting fingerprints."
     assert not (tmp_path / "out" / "table_3.csv").exists()
-    assert f"{SPLIT} is not in this data" in missing["figure_2"]
-    assert f"{SCANNED} is not in this data" in missing["figure_9"]
-    assert made.tables[1].missing == "No walk before a total station is in this data."
+    assert f"{SPLIT} does not exist in this data" in missing["figure_2"]
+    assert f"{SCANNED} does not exist in this data" in missing["figure_9"]
+    assert made.tables[1].missing == "The data contains no walk before a total station."
     assert not (tmp_path / "out" / "table_2.csv").exists()
     page = (tmp_path / "out" / PAGE_FILE).read_text()
     assert all(sentence in page for sentence in missing.values())
@@ -110,7 +110,7 @@ def test_a_second_run_gives_the_same_bytes(paper_copy: Path, tmp_path: Path) -> 
 
 
 def test_nothing_is_written_where_it_must_not_be(paper_copy: Path, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="lies among the survey's sessions"):
+    with pytest.raises(OutputError, match="this folder is among the survey's sessions"):
         reproduce(paper_copy, paper_copy / "floor_1" / "out")
     (tmp_path / "mine").write_text("mine")
     with pytest.raises(OutputError, match="is not empty"):

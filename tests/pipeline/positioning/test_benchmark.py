@@ -162,14 +162,17 @@ def test_where_all_fail_there_is_a_page_without_figures(dataset: Dataset, tmp_pa
 def test_a_folder_that_is_not_ours_is_refused(dataset: Dataset, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "mine.txt").write_text("keep")
-    with pytest.raises(OutputError, match="was not made by vislam2tag benchmark"):
+    with pytest.raises(OutputError, match="vislam2tag benchmark did not create it"):
         benchmark(dataset, tmp_path / "out", plan_of("test-loudest"))
 
 
 def test_public_sets_say_what_lacks(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="--dataset cities: is none of the public data sets known: tampere, "):
+    with pytest.raises(UsageError, match="--dataset cities: unknown data set; choose one of tampere, "):
         public_dataset("cities", tmp_path).__enter__()
-    with pytest.raises(DatasetError, match=r"gone: no such file or folder; --data is where the files of tampere lie"):
+    with pytest.raises(
+        DatasetError,
+        match=r"gone: no such file or folder; --data must be the folder with the published files of tampere",
+    ):
         public_dataset("tampere", tmp_path / "gone").__enter__()
     for name in ("tampere", "ujiindoorloc", "utsindoorloc"):
         with pytest.raises(DatasetError, match=str(tmp_path)):
@@ -187,5 +190,7 @@ def test_a_public_set_is_run_with_its_own_split(tmp_path: Path) -> None:
 
 def test_half_a_public_set_is_told(tmp_path: Path) -> None:
     quartet_in(tmp_path)
-    with pytest.raises(DatasetError, match="holds only a part of tampere; put its training and test files together"):
+    with pytest.raises(
+        DatasetError, match="the folder contains only a part of tampere; put its training and test files together"
+    ):
         public_dataset("tampere", tmp_path).__enter__()

@@ -113,10 +113,10 @@ def test_hashed_models_take_the_key_or_hashed_scans(places: Path, tmp_path: Path
 @pytest.mark.parametrize(
     ("model", "scans", "key", "message"),
     [
-        ("plain.v2t", "scans.csv", KEY, "--hash-bssid: the model knows access points by their plain identifiers"),
+        ("plain.v2t", "scans.csv", KEY, "--hash-bssid: the model's access points have plain identifiers"),
         ("hashed.v2t", "scans.csv", KEY + b"!", "--hash-bssid: the model's data set was hashed with key"),
-        ("hashed.v2t", "hashed", KEY, "small is hashed already"),
-        ("hashed.v2t", "plain", None, "small holds plain identifiers, but the model knows access points by their hash"),
+        ("hashed.v2t", "hashed", KEY, "small is already hashed"),
+        ("hashed.v2t", "plain", None, "small contains plain identifiers, but the model's access points are hashed"),
         ("plain.v2t", "hashed", None, "small is hashed with key .* the model's access points are plain"),
     ],
 )
@@ -157,13 +157,13 @@ def test_scans_of_a_walk_help_each_other(places: Path, tmp_path: Path) -> None:
 
 def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = WalkPlan(SequenceMethod.FILTER)
-    with pytest.raises(UsageError, match="no scan tells its session and time_ns"):
+    with pytest.raises(UsageError, match="need the columns session and time_ns"):
         located(places / "plain.v2t", places / "scans.csv", walks=plan)
     monkeypatch.setattr(scan_file, "SCANS_AT_ONCE", 1)
     head = "scan_id,bssid,rssi_dbm,session,time_ns\n"
     rows = [f"{scan},{bssid(0, 2)},-50,{walk},{time_ns}\n" for scan, walk, time_ns in (("a", "w", 1), ("b", "v", 2))]
     (tmp_path / "scans.csv").write_text(head + "".join(rows) + rows[0].replace("a,", "c,", 1))
-    with pytest.raises(DatasetError, match="session w comes again after others"):
+    with pytest.raises(DatasetError, match="scans of session w are not consecutive"):
         located(places / "plain.v2t", tmp_path / "scans.csv", walks=plan)
 
 

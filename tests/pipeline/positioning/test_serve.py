@@ -102,7 +102,7 @@ def test_who_sends_too_much_may_send_all_of_it_before_it_is_told(
 
 def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     answers = ServedAnswers(saved)
-    for path, text in (("/", "Where you are"), ("/page.js", '"use strict"'), ("/page.css", "svg")):
+    for path, text in (("/", "Current position"), ("/page.js", '"use strict"'), ("/page.css", "svg")):
         answer = asked(answers, "GET", path)
         assert answer.status_code == 200
         assert text in answer.text
@@ -112,7 +112,7 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
     names = described["components"]["schemas"]
     assert {"LocateRequest", "LocateAnswer", "ServedModel", "Refusal", "Scan", "Position"} <= names.keys()
     assert names["LocateRequest"]["properties"]["scans"]["maxItems"] == MOST_SCANS
-    assert names["Scan"]["properties"]["readings"]["description"].startswith("Level in dBm")
+    assert names["Scan"]["properties"]["readings"]["description"].startswith("Signal strength (dBm)")
     model = asked(answers, "GET", "/model").json()
     assert (model["dataset"], model["access_points"]) == ("world", len(SCANS.access_points))
     assert [(one["building"], one["plan"]) for one in model["floors"]] == [
@@ -121,7 +121,7 @@ def test_the_page_its_parts_and_the_description(saved: SavedModel) -> None:
         ("west", None),
     ]
     assert asked(answers, "GET", "/plans/0").status_code == 404
-    assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("there is no such address")
+    assert asked(answers, "GET", "/elsewhere").json()["message"].startswith("this address or method does not exist")
 
 
 def test_a_page_tells_how_programs_ask(saved: SavedModel) -> None:
@@ -152,7 +152,7 @@ def test_a_page_tells_how_programs_ask(saved: SavedModel) -> None:
     assert "POST /locate Locate scans; takes LocateRequest; 200: LocateAnswer; 400: Refusal" in text
     assert f"curl -H 'Content-Type: application/json' {host}/locate" in text
     assert f"array of Scan, at least 1, at most {MOST_SCANS}" in text
-    assert "GET /model.v2t The model's file, which an app embeds; 200: application/octet-stream" in text
+    assert "GET /model.v2t The model's file for use in apps; 200: application/octet-stream" in text
 
 
 def test_the_model_s_file_is_served(saved: SavedModel, tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def test_without_a_model_the_best_is_found_and_trained(
     made = train(folder, TrainPlan(None, {}), tmp_path / "model.v2t")
     assert made.trial is not None
     assert load_model(tmp_path / "model.v2t").name == made.trial.chosen.name == made.saved.name
-    with pytest.raises(UsageError, match="name it by --model"):
+    with pytest.raises(UsageError, match="choose one with --model"):
         train(folder, TrainPlan(None, {"k": 1}), tmp_path / "other.v2t")
 
 
@@ -69,9 +69,9 @@ def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:
         ({"model": "psychic"}, "no positioning model is called 'psychic'"),
         ({"model": "knn"}, "^the model knn was removed; use weighted-knn$"),
         ({"parameters": {"neighbours": 3}}, "has no parameter 'neighbours'"),
-        ({"seed": 1}, "--seed: nothing in weighted-knn is random"),
-        ({"fold": "Pixel"}, "--fold Pixel: belongs to a split"),
-        ({"split": "moon"}, "--split moon: the data set has no such split; there are: block, day, device"),
+        ({"seed": 1}, "--seed: weighted-knn does not use random numbers"),
+        ({"fold": "Pixel"}, "--fold Pixel: a fold needs a split"),
+        ({"split": "moon"}, "--split moon: the data set has no such split; available: block, day, device"),
         ({"split": "device"}, "--fold: choose one of split device: Galaxy, Pixel"),
         ({"split": "device", "fold": "Nokia"}, "--fold Nokia: choose one of split device"),
     ],
@@ -93,7 +93,7 @@ def test_a_network_is_also_written_as_onnx(folder: Path, tmp_path: Path) -> None
     assert load_model(tmp_path / "model.v2t").name == "multi-cel"
     with pytest.raises(UsageError, match="only networks and cell-density can"):
         trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.onnx")
-    with pytest.raises(UsageError, match="is the file of --out"):
+    with pytest.raises(UsageError, match="this is also the file of --out"):
         trained(folder, tmp_path / "neighbours.v2t", onnx=tmp_path / "neighbours.v2t")
 
 
@@ -109,7 +109,7 @@ def test_a_model_is_updated_by_a_later_survey(folder: Path, tmp_path: Path) -> N
     assert (saved.name, saved.model.get_params()["k"]) == ("weighted-knn", 1)
     with pytest.raises(DatasetError, match="nothing to update"):
         train(folder, replace(plan, update=after), after)
-    with pytest.raises(UsageError, match="--update: keeps the model's kind"):
+    with pytest.raises(UsageError, match="--update keeps the model's kind"):
         train(folder, replace(plan, model="weighted-knn"), after)
     trained(folder, before, model="cell-density", parameters={"copies": 0})
     with pytest.raises(UsageError, match="cell-density keeps no fingerprints; join the data sets"):

@@ -29,12 +29,12 @@ def described(tmp_path: Path, text: str) -> Path:
         ('kind = ["slurm"]', "kind: Input should be 'local', 'ssh' or 'slurm'"),
         (
             'kind = "kubernetes"\nworkers = 3',
-            "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey "
-            "(docs/how-to/many-surveys.md)",
+            "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey, see "
+            "`vislam2tag docs how-to/many-surveys`",
         ),
         ('kind = "local"\nworkers = 0', "workers: Input should be greater than or equal to 1"),
         ('kind = "local"\nworker = 2', "worker: "),
-        ("kind = ", "cannot be read"),
+        ("kind = ", "the cluster file cannot be read"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_told_by_entry(tmp_path: Path, text: str, said: str) -> None:
@@ -86,7 +86,9 @@ def test_a_package_that_lacks_is_named(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setitem(sys.modules, "dask_jobqueue", None)
     file = described(tmp_path, 'kind = "slurm"')
     with (
-        pytest.raises(UsageError, match="a cluster of the kind slurm needs dask-jobqueue: pip install it"),
+        pytest.raises(
+            UsageError, match="a cluster of the kind slurm needs the package dask-jobqueue; install it with pip"
+        ),
         connected(None, file, print),
     ):
         pass
@@ -104,7 +106,7 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(("scheduler", "file"), [(None, None), ("tcp://a:1", Path("cluster.toml"))])
 def test_one_of_scheduler_and_cluster_is_needed(scheduler: str | None, file: Path | None) -> None:
     with (
-        pytest.raises(UsageError, match="give --scheduler ADDRESS or --cluster FILE"),
+        pytest.raises(UsageError, match="needs --scheduler ADDRESS or --cluster FILE"),
         connected(scheduler, file, print),
     ):
         pass

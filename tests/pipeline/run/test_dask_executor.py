@@ -189,12 +189,12 @@ def test_a_worker_of_other_code_is_refused_by_name(survey: Survey, cluster: Dask
 
             out = Path(survey.s3.store("mixed").address)
             run = partial(process, survey.stored, out, SETTINGS, executor=run_all, progress=told)
-            with pytest.raises(OutputError, match=r"all workers have another source of vislam2tag.*install the same"):
+            with pytest.raises(OutputError, match=r"no worker has the same vislam2tag.*install the same"):
                 run()
             mixed.add_worker()
             client.wait_for_workers(2)
             run()
-    assert len([line for line in told.lines if "is refused: it has another source" in line]) == 2
+    assert len([line for line in told.lines if "is not used, because its vislam2tag or libraries" in line]) == 2
     assert bytes_of(survey.s3.download("mixed", tmp_path)) == survey.labels
 
 
@@ -216,7 +216,9 @@ def test_a_session_that_kills_three_workers_fails_and_the_rest_goes_on(
     ]
     died = {result.device: result.error for result in results if "workers died" in (result.error or "")}
     assert died.keys() == {"Deadly"}
-    assert "3 workers died of it (out of memory, or a library crashed), the last one " in str(died["Deadly"])
+    assert "3 workers died while processing it (out of memory, or a library crashed), the last one " in str(
+        died["Deadly"]
+    )
     assert len(results) == 4
 
 

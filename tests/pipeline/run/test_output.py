@@ -49,10 +49,10 @@ def test_a_failing_writer_leaves_the_old_file(tmp_path: Path) -> None:
 
 def test_a_foreign_folder_is_refused_and_untouched(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("mine")
-    with pytest.raises(OutputError, match="not made by vislam2tag"), claim(tmp_path, {}):
+    with pytest.raises(OutputError, match="vislam2tag did not create it"), claim(tmp_path, {}):
         pass
     (tmp_path / "run.json").write_text("[1]")
-    with pytest.raises(OutputError, match="not made by vislam2tag"), claim(tmp_path, {}):
+    with pytest.raises(OutputError, match="vislam2tag did not create it"), claim(tmp_path, {}):
         pass
     assert names(tmp_path) == {"thesis.txt", "run.json"}
 
@@ -69,7 +69,7 @@ def test_what_another_command_wrote_is_refused_by_its_name(
 ) -> None:
     with claim(tmp_path / "out", {}, made_by):
         pass
-    with pytest.raises(OutputError, match=f"holds what `{named}` wrote"), claim(tmp_path / "out", {}, opened_by):
+    with pytest.raises(OutputError, match=f"contains files of `{named}`"), claim(tmp_path / "out", {}, opened_by):
         pass
     assert names(tmp_path / "out") == {"run.json"}
 
@@ -131,7 +131,7 @@ def test_what_was_killed_before_it_wrote_goes_on_beside_files_of_the_user(tmp_pa
 def test_output_of_a_command_without_a_run_record_is_refused(tmp_path: Path) -> None:
     with whole_folder(tmp_path / "plan", lambda _: True) as folder:
         folder.write("landmarks.csv", "id,floor,x,y\n")
-    with pytest.raises(OutputError, match="is not empty and was not made by"), claim(tmp_path / "plan", {}):
+    with pytest.raises(OutputError, match="not empty and vislam2tag did not create it"), claim(tmp_path / "plan", {}):
         pass
     assert names(tmp_path / "plan") == {"landmarks.csv"}
 
@@ -149,7 +149,7 @@ def test_a_file_of_the_users_with_the_name_of_a_page_stays(tmp_path: Path) -> No
 def test_what_is_not_ours_stays_whatever_is_told(tmp_path: Path, record: str) -> None:
     (tmp_path / "run.json").write_text(record)
     (tmp_path / "dataset.json").write_text(record)
-    with pytest.raises(OutputError, match="was not made by vislam2tag"), claim(tmp_path, {}, replace=True):
+    with pytest.raises(OutputError, match="and vislam2tag did not create it"), claim(tmp_path, {}, replace=True):
         pass
     assert names(tmp_path) == {"run.json", "dataset.json"}
 
@@ -165,14 +165,14 @@ def test_a_survey_stays_whatever_is_told(tmp_path: Path) -> None:
 def test_a_file_or_a_place_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     for place in (tmp_path / "file", tmp_path / "file" / "out"):
-        with pytest.raises(OutputError, match="cannot be the output folder"), claim(place, {}):
+        with pytest.raises(OutputError, match="cannot be used as the output folder"), claim(place, {}):
             pass
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_an_unwritable_folder_is_refused(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
-    with pytest.raises(OutputError, match=r"cannot be (written|the output folder)"), claim(tmp_path, {}):
+    with pytest.raises(OutputError, match=r"cannot be (written|used as the output folder)"), claim(tmp_path, {}):
         pass
     tmp_path.chmod(0o700)
 

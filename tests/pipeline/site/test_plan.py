@@ -57,7 +57,7 @@ def test_a_plan_is_drawings_lists_a_summary_and_a_page(planned: Path) -> None:
     page = (planned / "index.html").read_text()
     assert page.count("data:image/png;base64,") == 1
     assert "Hang up <b>6</b> sheets" in page
-    assert "No set of the" in page
+    assert "Proven minimum for the" in page
 
 
 def test_the_same_site_gives_the_same_bytes(site: Path, planned: Path, tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_what_cannot_be_planned_is_told_and_leaves_nothing(site: Path, tmp_path:
     out = tmp_path / "plan"
     with pytest.raises(UsageError, match=r"--floor 7: the site does not have this floor; its floors are: 1"):
         write_plans(site, out, SETTINGS, PlanRequest(floors=(7,)))
-    with pytest.raises(UsageError, match="--mask: corrects one floor"):
+    with pytest.raises(UsageError, match="--mask corrects one floor"):
         write_plans(site, out, SETTINGS, PlanRequest(mask=tmp_path / "mask.png"))
     forbidden = tmp_path / "forbidden.csv"
     forbidden.write_text("floor,x0,y0,x1,y1\n1,-5,-5,99,99\n")

@@ -116,7 +116,7 @@ def test_labels_of_a_version_with_other_settings_are_refused(clean_run: Path, ne
     run = json.loads((old / "run.json").read_bytes())
     run["settings"] = {"strategy": "local", "visits": {"radius_m": 1.0}}
     (old / "run.json").write_text(json.dumps(run))
-    with pytest.raises(DatasetError, match="made by another version, with other settings; run `vislam2tag process`"):
+    with pytest.raises(DatasetError, match="from another version, with other settings; run `vislam2tag process`"):
         rebase(old, tmp_path / "new", CHANGES, new_survey)
     assert not (tmp_path / "new").exists()
 
@@ -175,7 +175,7 @@ def test_landmarks_are_replaced_only_where_nothing_else_is(clean_survey: Path, t
 
 
 def test_what_cannot_be_rebased(clean_run: Path, clean_survey: Path, new_survey: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="--to: labels and data sets need the new site"):
+    with pytest.raises(UsageError, match="labels and data sets need --to with the new site"):
         rebase(clean_run, tmp_path / "out", CHANGES)
     only_first = FrameChanges(floors=CHANGES.floors[:1])
     with pytest.raises(SurveyError, match=r"there is no change for floor 1; add it to rebase.toml"):
@@ -183,7 +183,7 @@ def test_what_cannot_be_rebased(clean_run: Path, clean_survey: Path, new_survey:
     with pytest.raises(SurveyError, match=r"marker_dict.csv: there is no change for floor 1"):
         rebase(clean_survey, tmp_path / "out", only_first)
     assert list(tmp_path.iterdir()) == []
-    with pytest.raises(UsageError, match="is what is to be rebased, and stays as it is"):
+    with pytest.raises(UsageError, match="this is the source, which must not change"):
         rebase(clean_run, clean_run, CHANGES, new_survey)
     with pytest.raises(OutputError, match="is not empty and was not made by this command"):
         rebase(clean_survey, new_survey, CHANGES)

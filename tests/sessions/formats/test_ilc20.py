@@ -265,7 +265,7 @@ def test_its_labels_make_a_data_set_with_the_day_of_each_walk_and_say_what_it_la
     assert sessions["started"].to_list() == [datetime(2019, 11, 19, 7, 42, 32)] * 2
     assert fingerprints["date"].to_list() == [date(2019, 11, 19)] * 2
     dropped = [each.message for each in dataset.info.findings if each.kind == "imu_windows_dropped"]
-    assert dropped == ["windows of inertial readings are left out: no_tracker"]
+    assert dropped == ["windows of inertial readings were skipped: no_tracker"]
 
 
 def test_inspection_finds_walks_with_taps_usable_and_those_without_not(tmp_path: Path) -> None:

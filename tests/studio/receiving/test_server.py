@@ -89,7 +89,7 @@ def test_a_session_in_two_requests(phone: Phone, tmp_path: Path) -> None:
         "received": 200,
         "length": len(DATA),
         "session": None,
-        "message": "more is to come",
+        "message": "partly received",
     }
     last = phone.bring(DATA[200:], 200)
     assert last.status_code == 200

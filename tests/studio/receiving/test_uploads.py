@@ -58,7 +58,7 @@ def test_another_session_of_that_name_is_refused_and_the_first_one_stays(survey:
     filed(survey, session_zip())
     before = bytes_of(survey)
     other = session_files() | {"ControlPoint.csv": HEADER + b"1,0,press\n"}
-    with pytest.raises(RefusedZipError, match=f"another session is at {PLACE}"):
+    with pytest.raises(RefusedZipError, match=f"{PLACE} already contains another session"):
         filed(survey, session_zip(other))
     assert bytes_of(survey) == before
 
@@ -235,7 +235,7 @@ def test_a_pipe_in_a_file_s_place_is_not_waited_for(uploads: Uploads, tmp_path: 
 
 
 def test_another_offset_is_refused_and_begins_nothing(uploads: Uploads, tmp_path: Path) -> None:
-    with pytest.raises(RefusalError, match="0 bytes are here"), uploads.writing(NAME, 2 * len(DATA), 1):
+    with pytest.raises(RefusalError, match="0 bytes have been received"), uploads.writing(NAME, 2 * len(DATA), 1):
         pass
     with uploads.writing(NAME, 2 * len(DATA), 0):
         pass

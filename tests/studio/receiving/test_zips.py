@@ -170,7 +170,7 @@ def test_zip64_s_word_for_a_far_entry_is_not_believed(tmp_path: Path) -> None:
     directory = bytes(entry) + struct.pack("<HHQ", 1, 8, 2**63 - 1) + data[at + 46 + name : end]
     tail = bytearray(data[end:])
     struct.pack_into("<L", tail, 12, len(directory))
-    with pytest.raises(RefusedZipError, match="not whole"):
+    with pytest.raises(RefusedZipError, match="incomplete"):
         unpacked(tmp_path, data[:at] + directory + bytes(tail))
 
 
@@ -178,7 +178,7 @@ def test_zip64_s_word_for_a_far_entry_is_not_believed(tmp_path: Path) -> None:
     ("changes", "told"),
     [
         ({"end": None}, "still being recorded"),
-        ({"session": "2022-01-01T000000"}, "is of session"),
+        ({"session": "2022-01-01T000000"}, "belongs to session"),
         ({"version": 2}, "update"),
         ({"floor": "ground"}, "floor"),
         ({"device": "../LG"}, "device"),
@@ -273,7 +273,7 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
         return str(caught.value)
 
     walk = shared_zip("ios_logger", tmp_path).read_bytes()
-    assert "nor a recording of another app" in refused(packed({"notes.txt": b"hello"}))
+    assert "nor a recording of another known app" in refused(packed({"notes.txt": b"hello"}))
     assert "unpacks to more than" in refused(packed({"ARposes.txt": b"0" * 100_000}), most=10_000)
     buffer = io.BytesIO(walk)
     with zipfile.ZipFile(buffer, "a") as archive:
@@ -285,17 +285,17 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
     file_zip(survey, tmp_path / "walk-1.zip", PLENTY_FOR_APPS)
     (survey / "floor_2" / "iPhone" / "walk-1" / "ARposes.txt").write_text("other")
     (tmp_path / "walk-1.zip").write_bytes(walk)
-    with pytest.raises(RefusedZipError, match="another session is at floor_2/iPhone/walk-1"):
+    with pytest.raises(RefusedZipError, match="floor_2/iPhone/walk-1 already contains another session"):
         file_zip(survey, tmp_path / "walk-1.zip", PLENTY_FOR_APPS)
     (survey / "floor_1").mkdir()
-    assert "give it by --floor" in refused(walk)
+    assert "restart receive with --floor" in refused(walk)
 
 
 def test_wrong_places_are_told(survey: Path, tmp_path: Path) -> None:
     path = shared_zip("ios_logger", tmp_path)
-    assert "is no name of a folder" in the_error(vislam2tag("receive", survey, path, "--device", "../x"))
+    assert "not a valid name for a device" in the_error(vislam2tag("receive", survey, path, "--device", "../x"))
     for device in ("CON", "nul.phone", "mine.", "mine ", "tachymeter"):
-        assert "is no name of a folder" in the_error(vislam2tag("receive", survey, path, "--device", device))
+        assert "not a valid name for a device" in the_error(vislam2tag("receive", survey, path, "--device", device))
     done = vislam2tag("receive", survey, path, "--floor", "-1", "--device", "mine", "--json")
     assert json.loads(done.stdout)["filed"][0]["path"] == "floor_-1/mine/walk-1"
 
@@ -307,7 +307,7 @@ def test_names_that_some_system_does_not_take_are_refused(name: str, survey: Pat
     path = shared_zip("ios_logger", tmp_path)
     with zipfile.ZipFile(path, "a") as archive:
         archive.writestr(name, "x")
-    with pytest.raises(RefusedZipError, match="some systems do not take"):
+    with pytest.raises(RefusedZipError, match="not a valid name on some systems"):
         file_zip(survey, path, PLENTY_FOR_APPS)
 
 

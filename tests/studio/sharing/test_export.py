@@ -116,16 +116,16 @@ def test_a_link_leads_to_one_walk_at_one_moment_from_any_file_server(page_folder
             parts = [answer for answer in answers if answer.url.endswith("1-wifi.parquet") and answer.status == 206]
             (size,) = {int(answer.headers["content-range"].rpartition("/")[2]) for answer in parts}
             assert 0 < sum(int(answer.headers["content-length"]) for answer in parts) < size / 2
-            page.get_by_role("button", name="Link to this moment").click()
+            page.get_by_role("button", name="Copy link to this moment").click()
             page.locator(".time .slider").fill("12")
-            page.get_by_role("button", name="Link to this moment").click()
+            page.get_by_role("button", name="Copy link to this moment").click()
             assert page.url == f"{url}#walk={id}&t=12.0"
         with plain_server(page_folder) as url, shown(browser, f"{url}#walk={id}&t=31.5", 400) as (page, answers):
             expect(page.locator(".time .slider")).to_have_value("31.5", timeout=LATEST_MS)
             expect(page.get_by_text(WHOLE)).to_be_visible(timeout=LATEST_MS)
             only_shows(page, 2)
             page.goto(f"{url}#walk=nobody")
-            expect(page.get_by_text("There is no walk nobody here.")).to_be_visible()
+            expect(page.get_by_text("The survey has no walk nobody.")).to_be_visible()
 
 
 def only_shows(page: Page, reads: int) -> None:
@@ -134,7 +134,7 @@ def only_shows(page: Page, reads: int) -> None:
     An access point's map is read by so many requests.
     """
     tabs = page.get_by_role("tab")
-    assert tabs.all_inner_texts() == ["Walks", "Diagnose", "Landmarks", "Radio", "Corrections", "Covered"]
+    assert tabs.all_inner_texts() == ["Walks", "Diagnose", "Landmarks", "Radio", "Corrections", "Coverage"]
     gone = page.get_by_role("button").get_by_text("Correct").or_(page.get_by_role("button", name="Undo"))
     for tab in tabs.all():
         tab.click()
@@ -145,7 +145,7 @@ def only_shows(page: Page, reads: int) -> None:
     read = count(1)
     with page.expect_response(lambda answer: answer.url.endswith("1-wifi.parquet") and next(read) == reads):
         page.locator(".list .row").first.click()
-    expect(page.get_by_role("status").get_by_text("100.0 % of the mapped cells are drawn.")).to_be_visible(
+    expect(page.get_by_role("status").get_by_text("100.0 % of the mapped cells are shown.")).to_be_visible(
         timeout=LATEST_MS
     )
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -1,1 +1,1 @@
-"""From labels (sources, build, finish) or others' files to data sets; from these to formats and maps."""
+"""From labels (sources, build, finish) or other formats to data sets, and from these to formats and radio maps."""

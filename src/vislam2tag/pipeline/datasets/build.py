@@ -1,4 +1,4 @@
-"""Building a data set: labelled surveys go in; fingerprints, statistics, splits, report and card come out."""
+"""Builds a data set from labelled surveys: fingerprints, statistics, splits, report and card."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ LABEL, BUILD = "label", "build"
 
 
 class SessionStep(NamedTuple):
-    """What a data set's progress hears of a session."""
+    """Progress of a data set for a session."""
 
     stage: str
     """``label`` or ``build``."""
@@ -62,31 +62,31 @@ class BuildOptions:
     name: str | None = None
     """Name of the data set; None: that of its surveys."""
     buildings: tuple[str, ...] = ()
-    """Name of each source's building, in their order; none: all are of one building without a name."""
+    """Name of each source's building, in their order; none: one building without a name."""
     surveys: AnyPath | Sequence[AnyPath] = ()
-    """The raw surveys of those sources that are output folders, in their order, for the plans; may be left out."""
+    """The raw surveys of those sources that are output folders, in their order, for the plans (optional)."""
     labels: AnyPath | None = None
-    """Where ``process`` writes if the source is a survey; None: nowhere that stays."""
+    """Output folder of ``process`` if the source is a survey; None: a temporary folder."""
     labelling: ProcessSettings = field(default_factory=ProcessSettings)
-    """Settings of ``process`` where the source is a survey."""
+    """Settings of ``process`` if the source is a survey."""
     max_sigma_m: float | None = None
-    """A fingerprint whose sigma is greater is ``uncertain``, metres; None: as in the settings of ``process``."""
+    """Fingerprints with a larger sigma are ``uncertain``, metres; None: as in the settings of ``process``."""
     merge_radios: bool = False
-    """Make one reading of all networks that one radio sends."""
+    """Combine all networks of one radio into one reading."""
     privacy: Privacy | None = field(default_factory=Privacy)
-    """What is left out or hidden; None: nothing."""
+    """Data to remove or hide; None: nothing."""
     description: Description | None = None
-    """What people say of the data set."""
+    """Description of the data set by its authors."""
     field_work: FieldWork | None = None
-    """What the survey took as a whole."""
+    """Effort of the whole survey."""
     walkable: WalkableSettings = field(default_factory=WalkableSettings)
-    """How walkable space is found on the plans of the sources' surveys, to tell what of it was walked."""
+    """Settings for finding walkable space on the plans of the sources' surveys, for the coverage."""
     walked: Sequence[WalkedFloor] | None = None
-    """That, where ``check`` told it of the only source; None: it is found here."""
+    """Coverage, if ``check`` computed it for the only source; None: computed here."""
     replace: bool = False
-    """Replace what another command or strategy left where data set or labels go."""
+    """Replace output of another command or strategy in the folders of data set or labels."""
     follow_links: bool = False
-    """Include what links lead to outside the sources and their surveys: plans, and sessions with such files."""
+    """Include files that links lead to outside the sources and their surveys: plans, and sessions with such files."""
 
 
 def build_dataset(
@@ -101,10 +101,10 @@ def build_dataset(
 ) -> Dataset:
     """Build a data set of surveys or of output folders of ``process``, and open it.
 
-    A survey is processed first. ``tell`` is called with the names of what is left out, because links lead to it outside
-    its source. With ``jobs`` > 1 sessions are worked at in that many processes (call it from under
-    ``if __name__ == "__main__":``). Raises SurveyError or DatasetError where a source is neither, cannot be read, or
-    clashes with another, UsageError for options that do not fit, OutputError where ``out`` cannot be written.
+    A survey is processed first. ``tell`` is called with the names of files that are skipped because links lead to them
+    outside their source. With ``jobs`` > 1 sessions are processed in that many processes (call it from under
+    ``if __name__ == "__main__":``). Raises SurveyError or DatasetError if a source is neither, cannot be read, or
+    conflicts with another, UsageError for options that do not fit, OutputError if ``out`` cannot be written.
     """
     settings, options = settings or DatasetSettings(), options or BuildOptions()
     folders, out = paths_of(sources), Path(out)
@@ -139,7 +139,7 @@ def _left_out(sources: Sequence[LabelledSource], *, named: bool) -> list[Finding
 def _walked(
     sources: Sequence[LabelledSource], outcomes: Sequence[SessionOutcome], options: BuildOptions
 ) -> dict[Storey, WalkedFloor]:
-    """What of the plans was walked, in those sources whose survey is known."""
+    """Coverage of the plans of sources with a known survey."""
     if options.walked is not None:
         return {Storey(sources[0].building, floor.number): floor for floor in options.walked}
     places = {outcome.session: outcome.places for outcome in outcomes}
@@ -189,18 +189,22 @@ def _labelled(
 
 
 def _refuse_options(raw: Sequence[Path], labelled: int, options: BuildOptions) -> None:
-    """Raise for what the sources cannot be used for, before anything is done."""
+    """Raise for unusable combinations of sources and options, before anything is done."""
     for folder in raw:
         if is_dataset(folder):
-            raise DatasetError(f"{folder}: is a data set already; give a survey, or what `vislam2tag process` wrote")
+            raise DatasetError(
+                f"{folder}: this is already a data set; expected a survey or an output folder of `vislam2tag process`"
+            )
     if options.labels is not None and not raw:
-        raise UsageError("--labels: all sources are labelled already; leave it out")
+        raise UsageError("--labels: all sources are already labelled; remove this option")
     if (given := len(paths_of(options.surveys))) > labelled:
-        raise UsageError(f"--survey: given for {given} of {labelled} sources that `process` wrote")
+        raise UsageError(
+            f"--survey: {given} surveys for {labelled} output folders of `process`; give one for each, in their order"
+        )
 
 
 def _add_tables(folder: FolderWriter, parts: Folder, info: DatasetInfo, options: BuildOptions) -> DatasetInfo:
-    """Join the parts, change what the options ask for, and return the manifest with what that tells."""
+    """Join the parts, apply the options, and return the completed manifest."""
     whole = FolderWriter(parts)
     _join_parts(whole)
     dataset = as_built = whole.opened(info)
@@ -245,7 +249,7 @@ def _join_parts(folder: FolderWriter) -> None:
 
 
 def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:
-    """How readings became fingerprints, for each technology that occurs."""
+    """Rule for building fingerprints from readings, for each technology that occurs."""
     technologies = sorted({name for outcome in outcomes for name in outcome.technologies})
     windows = {name: settings.window_of(name) for name in technologies}
     return tuple(

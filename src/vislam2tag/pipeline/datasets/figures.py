@@ -1,4 +1,4 @@
-"""The figures of a data set, Table III and the walks that would fill its gaps, in a folder of their own."""
+"""Writes the figures of a data set, Table III and the walks that would fill its gaps to a folder."""
 
 from __future__ import annotations
 
@@ -40,9 +40,10 @@ def make_dataset_figures(
 ) -> CoverageRecord:
     """Write a data set's figures (SVG, PDF), Table III (CSV, Markdown, LaTeX) and ``coverage.json`` into ``out``.
 
-    ``starts`` says by building and floor where (BCS, metres) the walk that fills the gaps begins. Raises DatasetError
-    where ``root`` is no data set, or links lead to its files outside it and ``follow_links`` is not given, UsageError
-    for a start on a floor that it does not have, OutputError where ``out`` cannot be written.
+    ``starts`` are the start positions (BCS, metres) of the walks that fill gaps, by building and floor.
+
+    Raises DatasetError if ``root`` is not a data set, or has links to files outside it without ``follow_links``,
+    UsageError for a start on an unknown floor, OutputError if ``out`` cannot be written.
     """
     root, out = Path(root), Path(out)
     dataset = open_dataset_to_share(root, follow_links=follow_links)
@@ -77,7 +78,7 @@ def _refuse_unknown(starts: Mapping[Storey, tuple[float, float]], storeys: set[S
     for storey in starts:
         if storey not in storeys:
             there = ", ".join(storey_text(one) for one in sorted(storeys)) or "none"
-            raise UsageError(f"--start {storey_text(storey)}: no label lies on this floor; floors with labels: {there}")
+            raise UsageError(f"--start {storey_text(storey)}: this floor has no labels; floors with labels: {there}")
 
 
 def storey_text(storey: Storey) -> str:

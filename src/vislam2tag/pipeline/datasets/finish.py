@@ -1,6 +1,6 @@
-"""Completes a data set on disk: splits, statistics, report and card; and adds a split to one that is complete.
+"""Completes a data set on disk with splits, statistics, report and card, and adds splits later.
 
-An added split comes in this order: the record of own files, the split's files, the manifest, the card.
+An added split is written in this order: the record of own files, the split's files, the manifest, the card.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ def finish_dataset(
     *,
     keep_splits: bool = False,
 ) -> Dataset:
-    """Add standard splits, ``statistics.json``, ``report.html`` and the card to a folder that holds all tables.
+    """Add standard splits, ``statistics.json``, ``report.html`` and the card to a folder with all tables.
 
-    ``walked`` tells what of the plans was walked, of the floors where that is known. ``keep_splits``: those that are
-    there are all. Returns the data set as it is then.
+    ``walked`` is the coverage of the plans, for floors where it is known. ``keep_splits``: keep the existing splits and
+    add none. Returns the completed data set.
     """
     dataset = folder.opened(info)
     splits = dataset.splits
@@ -60,17 +60,17 @@ def finish_dataset(
 
 
 def add_split(folder: AnyPath, split: Split) -> Dataset:
-    """Save a split with the data set in ``folder``, and return it as it is then.
+    """Save a split with the data set in ``folder``, and return the changed data set.
 
-    Killed at any moment, the data set is whole, with the split or without; the same again then completes it. Raises
-    DatasetError where the folder holds no data set, UsageError where it has another split of that name, OutputError
-    where nothing can be written or another command writes there.
+    If the program is killed, the data set is complete with or without the split; the same call then completes it.
+    Raises DatasetError if the folder does not contain a data set, UsageError if it has another split of that name,
+    OutputError if nothing can be written or another command is writing.
     """
     folder = Path(folder)
     if not _NAME.fullmatch(split.info.name):
         raise UsageError(f"--name {split.info.name}: use letters, digits, '.', '_' and '-' only")
-    open_dataset(folder)  # refuses what is none before anything is made
-    with exclusive_writer(folder):  # opened again: another command may just have changed it
+    open_dataset(folder)  # refuses other folders before anything is written
+    with exclusive_writer(folder):  # opened again, because another command may have changed it
         return _added(folder, open_dataset(folder), split)
 
 
@@ -98,7 +98,7 @@ def _save(folder: Folder, dataset: Dataset, split: Split) -> None:
 def _record_as_own(folder: Folder, files: Sequence[str]) -> None:
     """Add files to the folder's record before they are written; raises OutputError if the user has one of the name.
 
-    A data set without a record, which was downloaded or made by an earlier version, gets none.
+    A data set without a record (downloaded, or from an earlier version) gets none.
     """
     own = OwnFiles.read(folder.path)
     if own is None:
@@ -106,24 +106,24 @@ def _record_as_own(folder: Folder, files: Sequence[str]) -> None:
     for name in files:
         if (folder / name).exists() and not own.owns(name):
             raise OutputError(
-                f"{folder / name}: was not written by this program; move it away, or choose another --name"
+                f"{folder / name}: this file is not from this program; move it away, or choose another --name"
             )
     folder.write(OWN_FILES, own.with_those_of(OwnFiles.of(files)).text())
 
 
 def read_statistics(folder: Path) -> DatasetStatistics | None:
-    """Read a data set's ``statistics.json``, if it has one; raises DatasetError where it cannot be read."""
+    """Read a data set's ``statistics.json``, if it has one; raises DatasetError if it cannot be read."""
     path = folder / STATISTICS_FILE
     try:
         return DatasetStatistics.model_validate_json(read_bytes(path))
     except FileNotFoundError:
         return None
     except (OSError, ValidationError) as error:
-        raise DatasetError(f"{path}: cannot be read; make the data set again") from error
+        raise DatasetError(f"{path}: the file cannot be read; build the data set again") from error
 
 
 def _described(folder: Path, statistics: DatasetStatistics | None) -> Dataset:
-    """Write the card again where there is one: it lists the splits, and the checksums of all files."""
+    """Write the card again if there is one, because it lists the splits and the checksums of all files."""
     dataset = open_dataset(folder)
     if statistics is not None and (folder / SUMS).is_file():
         write_card(dataset, statistics, Folder.at(folder))

@@ -1,7 +1,7 @@
 """Between our data sets and other formats.
 
-Importing: files of another format go in; a data set with splits, statistics and card comes out. Exporting: a data set,
-or what ``process`` wrote, goes in; a folder in a format of the field comes out.
+Importing: from files of another format to a data set with splits, statistics and card. Exporting: from a data set or an
+output folder of ``process`` to a folder in another format.
 """
 
 from __future__ import annotations
@@ -59,40 +59,40 @@ _OUR_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Options of an import besides where the files are."""
+    """Options of an import."""
 
     format_name: str | None = None
-    """None: found by the files' names and first lines."""
+    """None: detected from the files' names and first lines."""
     name: str | None = None
     """Name of the data set; None: as the format has it."""
     origin: tuple[float, float] | None = None
-    """Latitude and longitude, degrees, where metres count from, for formats with geographic positions."""
+    """Origin of metres (latitude and longitude, degrees) for formats with geographic positions."""
     privacy: Privacy = field(default_factory=Privacy)
     description: Description | None = None
     """What people say of the data set."""
     replace: bool = False
     """Replace a data set of another command."""
     most_unpacked: int = MOST_UNPACKED
-    """Bytes that an archive may unpack to."""
+    """Maximum bytes of an unpacked archive."""
     follow_links: bool = False
-    """Take files, too, that links lead to outside the folder."""
+    """Include files that links lead to outside the folder."""
     not_heard: float | None = None
-    """The level that stands for "not heard", for formats with a column for each access point; None: as they state."""
+    """The level for "not heard" in formats with a column for each access point; None: from the files."""
 
 
 def import_format(
     path: AnyPath, out: AnyPath, options: ImportOptions | None = None, *, progress: Progress[str] = silent
 ) -> Dataset:
-    """Read files of another format into the data set ``out``, whole or not at all, and open it.
+    """Read files of another format into the data set ``out``, which appears complete or not at all, and open it.
 
-    Raises UsageError for a format or option that cannot work, DatasetError, naming file and line, where the files are
-    not of the format, OutputError where ``out`` cannot be written.
+    Raises UsageError for an unsuitable format or option, DatasetError, with file and line, if the files are
+    not of the format, OutputError if ``out`` cannot be written.
     """
     path, out = Path(path), Path(out)
     options = options or ImportOptions()
     chosen = _chosen(path, options)
     if not options.follow_links and is_from_outside(path, [path]):
-        raise DatasetError(f"{path}: contains links to files outside it; {CURE}")
+        raise DatasetError(f"{path}: the folder contains links to files outside it; {CURE}")
     with dataset_folder(out, "import", options.replace) as folder:
         with scratch_folder(folder.out) as scratch:
             with _reading(path):
@@ -110,15 +110,15 @@ def _chosen(path: Path, options: ImportOptions) -> ImportFormat:
         raise DatasetError(f"{path}: no such file or folder")
     chosen = import_named(options.format_name) if options.format_name else import_format_of(path)
     if options.origin is not None and "origin" not in chosen.takes:
-        raise UsageError(f"--origin: positions of {chosen.name} are metres already; leave it out")
+        raise UsageError(f"--origin: positions of {chosen.name} are already in metres; remove this option")
     if options.not_heard is not None and "not_heard" not in chosen.takes:
-        raise UsageError(f"--not-heard: {chosen.name} lists only what was heard; leave the option out")
+        raise UsageError(f"--not-heard: {chosen.name} only lists received access points; remove this option")
     return chosen
 
 
 @contextmanager
 def _reading(path: Path) -> Iterator[None]:
-    """Tell what goes wrong as the input's fault, but for a disk that is full."""
+    """Convert errors to those of the input, except for a full disk."""
     try:
         yield
     except pl.exceptions.PolarsError as error:
@@ -133,7 +133,7 @@ RECORD_FILE = "export.json"
 
 
 class ExportRecord(Record):
-    """What an export holds (``export.json``), written last."""
+    """Contents of an export (``export.json``), written last."""
 
     program: Literal["vislam2tag export"] = "vislam2tag export"
     version: str = __version__
@@ -141,7 +141,7 @@ class ExportRecord(Record):
     source: str
     """Name of the data set's or the labels' folder."""
     bssid_key: str | None = None
-    """Name of the key that BSSIDs are hashed with; None: they are as heard."""
+    """Name of the key that BSSIDs are hashed with; None: they are unchanged."""
     findings: tuple[Finding, ...]
     """What was left out."""
     files: dict[str, str]
@@ -158,7 +158,7 @@ class ExportOptions:
     privacy: Privacy = field(default_factory=Privacy)
     escape_formulas: bool = True
     follow_links: bool = False
-    """Share files, too, that links lead to outside the source and the survey."""
+    """Include files that links lead to outside the source and the survey."""
 
 
 def is_export(folder: Path) -> bool:
@@ -180,13 +180,14 @@ def export(
     progress: Progress[str] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> ExportRecord:
-    """Write ``source`` in a format into the folder ``out``, whole or not at all.
+    """Write ``source`` in a format to the folder ``out``, which appears complete or not at all.
 
-    Formats that are made of a data set take labels, too: the data set is built on the way. ``progress`` hears the stage
-    (``build``, ``write``) of each part and how many parts that stage has; ``tell`` the names of what links lead to
-    outside ``source`` and the survey, which is left out. Raises UsageError for a
-    format, split, fold or survey that is not there and for options that mean nothing to the format, DatasetError where
-    ``source`` is neither, or holds nothing that the format can, OutputError where ``out`` cannot be written.
+    Formats for data sets accept labels, too: the data set is built first. ``progress`` is called with the stage
+    (``build``, ``write``) of each part and the number of parts. ``tell`` is called with the names of files that are
+    skipped because links lead outside ``source`` and the survey.
+
+    Raises UsageError for an unknown format, split, fold or survey and for options that do not apply, DatasetError if
+    ``source`` is neither, or contains nothing for the format, OutputError if ``out`` cannot be written.
     """
     source, out = Path(source), Path(out)
     options = options or ExportOptions()
@@ -207,18 +208,18 @@ def export(
 
 
 def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOptions) -> None:
-    """Raise for what cannot work before anything is written."""
+    """Raise for unsuitable sources and options before anything is written."""
     given = {"split": options.split or options.fold, "survey": options.survey}
     for option, value in given.items():
         if value is not None and option not in chosen.takes:
-            raise UsageError(f"--{option}: means nothing to the format {chosen.name}; leave it out")
+            raise UsageError(f"--{option} does not apply to the format {chosen.name}; remove this option")
     if not source.exists():
-        raise DatasetError(f"{source}: no such folder; give a data set or what `vislam2tag process` wrote")
+        raise DatasetError(f"{source}: no such folder; expected a data set or an output folder of `vislam2tag process`")
     if chosen.source == "labels" and not is_labelled(source):
-        what = "is a data set" if is_dataset(source) else "is no output folder of `vislam2tag process`"
+        what = "is a data set" if is_dataset(source) else "is not an output folder of `vislam2tag process`"
         raise UsageError(
-            f"{source}: {what}; {chosen.name} is made of labels, with every frame and reading: give the output folder "
-            "of `vislam2tag process`"
+            f"{source}: {what}. The format {chosen.name} needs labels with every frame and reading; give an output "
+            "folder of `vislam2tag process`"
         )
     if options.survey is not None:
         refuse_among_sessions(open_survey(options.survey), out)
@@ -237,15 +238,15 @@ def _dataset(
         return open_dataset_to_share(source, follow_links=follow_links)
     if not is_labelled(source):
         raise DatasetError(
-            f"{source}: is neither a data set nor an output folder of `vislam2tag process`; make one of them first"
+            f"{source}: expected a data set or an output folder of `vislam2tag process`; create one of them first"
         )
-    # Building brings statistics and figures, which take seconds to import: only where they are needed.
+    # imported only if needed, because statistics and figures take seconds to import
     from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 
     return build_dataset(
         source,
         out,
-        # the export's own wishes say what goes
+        # the export's own options decide what is removed
         options=BuildOptions(privacy=None, follow_links=follow_links),
         jobs=jobs,
         progress=lambda _session, total: progress("build", total),
@@ -255,18 +256,18 @@ def _dataset(
 
 def _write(chosen: ExportFormat, dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
     if chosen.write is None:
-        raise UsageError(f"{chosen.name} cannot be made of a data set")
+        raise UsageError(f"the format {chosen.name} cannot be created from a data set")
     return (*chosen.write(dataset, folder, context), *left_out_of_dataset(dataset, chosen.holds))
 
 
 def _opted_out(before: Dataset, after: Dataset) -> tuple[Finding, ...]:
-    """What privacy added to the findings of the data set itself."""
+    """Findings that privacy options added to those of the data set."""
     new = after.info.findings[len(before.info.findings) :]
     return tuple(finding for finding in new if finding.kind == NOMAP_LEFT_OUT)
 
 
 def _labels(source: Path) -> dict[str, pl.LazyFrame]:
-    """All sessions' tables of each kind; what is not there is not left out either."""
+    """All sessions' tables of each kind that exist."""
     found = {name: sorted((source / name).glob("*.parquet")) for name in SCHEMAS}
     return {name: scan_parquet(files) for name, files in found.items() if files}
 
@@ -274,7 +275,7 @@ def _labels(source: Path) -> dict[str, pl.LazyFrame]:
 def _finish(
     folder: Folder, chosen: ExportFormat, source: Path, bssid_key: str | None, findings: tuple[Finding, ...]
 ) -> ExportRecord:
-    """Write the record, which marks the folder as an export and tells what was left out."""
+    """Write the record, which marks the folder as an export and lists what was removed."""
     record = ExportRecord(
         format=chosen.name,
         source=source.resolve().name,

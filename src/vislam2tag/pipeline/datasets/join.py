@@ -1,4 +1,4 @@
-"""Joining a later survey to a data set: the joined set, and what changed between the two."""
+"""Joins a later survey to a data set, and describes the changes between the two."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from vislam2tag.views.coverage_figures import ChangedFloor, change_map
 from vislam2tag.views.panels import rendered
 
 CHANGES = "changes"
-"""Folder of the data set that tells what changed."""
+"""Folder of the data set with the changes."""
 _KINDS = ("svg", "pdf")
 _SPLIT_FINDINGS = frozenset({"no_split", "not_in_split"})
-"""Findings about splits, which are made again."""
+"""Findings about splits, which are created again."""
 
 
 def join(
@@ -45,11 +45,11 @@ def join(
     replace: bool = False,
     follow_links: bool = False,
 ) -> SurveyChanges:
-    """Write the joined data set to ``out``, with what changed in ``changes/``, and return that.
+    """Write the joined data set to ``out``, with the changes in ``changes/``, and return them.
 
-    ``replace`` allows ``out`` to hold a data set of another command. Raises DatasetError where one is no data set,
-    links lead to files outside one and ``follow_links`` is not given, or they cannot be joined, OutputError where
-    ``out`` cannot be written.
+    ``replace`` allows ``out`` to contain a data set of another command. Raises DatasetError if one is not a data set,
+    has links to files outside it without ``follow_links``, or they cannot be joined, OutputError if ``out`` cannot
+    be written.
     """
     base, later, out = Path(base), Path(later), Path(out)
     first, second = (open_dataset_to_share(folder, follow_links=follow_links) for folder in (base, later))
@@ -75,7 +75,7 @@ def _technologies(dataset: Dataset) -> set[str]:
 
 
 def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Folder) -> None:
-    """Draw the floors of each technology that both surveys have labelled fingerprints of."""
+    """Draw the floors of each technology with labelled fingerprints in both surveys."""
     for one in changes:
         keys = one.places.select(pl.col("building").fill_null(""), "floor").unique().sort("building", "floor").rows()
         floors = [ChangedFloor(_title(*key), key[0], dataset.site_floor(Storey(*key))) for key in keys]
@@ -90,7 +90,7 @@ def _title(building: str, floor: int) -> str:
 
 
 def write_changes(folder: Folder, record: SurveyChanges, changes: Sequence[Changes]) -> None:
-    """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; what changed comes first, the most first."""
+    """Write ``changes.json``, ``access_points.csv`` and ``places.csv``; the largest changes come first."""
     folder.write(RECORD, record.model_dump_json(indent=1) + "\n")
     for name in ("access_points", "places"):
         tables = [getattr(one, name).with_columns(technology=pl.lit(one.technology)) for one in changes]
@@ -99,7 +99,7 @@ def write_changes(folder: Folder, record: SurveyChanges, changes: Sequence[Chang
 
 
 def _listed(table: pl.DataFrame) -> pl.DataFrame:
-    """Order a table by what is to be done about it, and write lists as words."""
+    """Sort a table by relevance, and write lists as words."""
     first = ~pl.col("change").is_in([*CHANGED_POINTS, CHANGED, OUTDATED])
     size = "size_db" if "size_db" in table.columns else "score"
     words = (pl.col(name).list.join(" ") for name, kind in table.schema.items() if isinstance(kind, pl.List))

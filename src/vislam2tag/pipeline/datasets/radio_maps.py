@@ -47,7 +47,7 @@ def pixel_transform(grid: CellGrid) -> FloatArray:
 def site_transform(georeference: Georeference | None) -> FloatArray:
     """Affine map (2, 3) from x and y in the BCS to the GeoTIFF's frame.
 
-    That is the BCS itself, or, where the floor's place on the earth is known, easting and northing from its origin.
+    That is the BCS itself or, with a georeference, easting and northing from its origin.
     """
     turn = 0.0 if georeference is None else np.radians(georeference.bearing_deg)
     return np.array([[np.cos(turn), np.sin(turn), 0.0], [-np.sin(turn), np.cos(turn), 0.0]])
@@ -61,7 +61,7 @@ def write_geotiff(
     georeference: Georeference | None,
     tags: Mapping[str, str],
 ) -> None:
-    """Write layers (rows, columns), row 0 at the lower edge, by name as bands of 32-bit floats; NaN is no data.
+    """Write layers (rows, columns), row 0 at the lower edge, by name as bands of 32-bit floats; NaN means no data.
 
     ``tags`` are texts about the whole image. Without a georeference the frame is a local one in metres; with one it is
     a transverse Mercator projection about the origin of the BCS.
@@ -95,7 +95,7 @@ def write_geotiff(
 
 
 def _geo_keys(georeference: Georeference | None) -> tuple[tuple[int, ...], tuple[float, ...], str]:
-    """Key directory, double parameters and text parameters of the frame; keys rise, as the standard has it."""
+    """Key directory, double parameters and text parameters of the frame; keys are sorted, as the standard requires."""
     if georeference is None:
         text = "BCS of a floor: x to the right and y up on its plan|"
         values: dict[int, int | float | str] = {_MODEL: _USER_DEFINED, _RASTER: _PIXEL_IS_AREA, _CITATION: text}
@@ -134,7 +134,7 @@ def _geo_keys(georeference: Georeference | None) -> tuple[tuple[int, ...], tuple
 def _metadata(names: list[str], tags: Mapping[str, str]) -> str:
     """GDAL's XML: names of the bands, and texts about the image; beyond ASCII as character references.
 
-    GDAL itself escapes texts, then the XML that holds them, and reads them so.
+    GDAL escapes texts twice, and reads them accordingly.
     """
     items = [f"<Item name={quoteattr(name)}>{escape(escape(text))}</Item>" for name, text in tags.items()]
     items += [
@@ -180,19 +180,19 @@ class FloorIndex(Record):
 
 
 class RadioMapIndex(Record):
-    """``radio_maps.json``: what was made of what, and how good it is."""
+    """``radio_maps.json``: sources, files and accuracy of the maps."""
 
     version: str
     dataset: str
     dataset_sha256: str
-    """Of the data set's manifest, which holds the checksums of its tables."""
+    """SHA-256 of the data set's manifest, which contains the checksums of its tables."""
     settings: RadioMapSettings
     layers: tuple[str, ...] = LAYERS
     floors: tuple[FloorIndex, ...]
 
 
 def is_radio_maps(folder: Path) -> bool:
-    """Whether the folder holds radio maps."""
+    """Whether the folder contains radio maps."""
     return (folder / INDEX_FILE).is_file()
 
 
@@ -205,11 +205,11 @@ def write_radio_maps(
     *,
     follow_links: bool = False,
 ) -> RadioMapIndex:
-    """Make the radio maps of the data set in ``source`` into ``out``, which appears whole or not at all.
+    """Write the radio maps of the data set in ``source`` to ``out``, which appears complete or not at all.
 
     Raises DatasetError and UsageError as :func:`vislam2tag.datasets.radio_maps.radio_maps` does,
-    and where links lead to files outside ``source`` and ``follow_links`` is not given, OutputError where ``out`` holds
-    something else or cannot be written.
+    and for links to files outside ``source`` without ``follow_links``, OutputError if ``out`` contains something
+    else or cannot be written.
     """
     source, out = Path(source), Path(out)
     dataset = open_dataset_to_share(source, follow_links=follow_links)
@@ -264,7 +264,7 @@ def _write_floor(folder: Folder, dataset: Dataset, maps: FloorMaps) -> FloorInde
 
 
 def _write_arrays(folder: Folder, name: str, maps: FloorMaps) -> None:
-    """Write the layers, (access points, rows, columns) with row 0 at the lower edge, and what says where they lie."""
+    """Write the layers, (access points, rows, columns) with row 0 at the lower edge, and their georeference."""
     with folder.writing(name) as file:
         np.savez_compressed(
             file,
@@ -284,7 +284,7 @@ def _write_figures(folder: Folder, stem: str, dataset: Dataset, maps: FloorMaps)
 
 
 def _stem(dataset: Dataset, maps: FloorMaps) -> str:
-    """Stem of a floor's files, such as ``floor_1.wifi``; with the building where floors of several have this number."""
+    """Stem of a floor's files, such as ``floor_1.wifi``; with the building if several buildings have this floor."""
     buildings = sorted({floor.building for floor in dataset.info.floors} | {maps.place.building})
     slugs = dict(zip(buildings, unique_slugs(buildings), strict=True))
     parts = [slugs[maps.place.building]] if len(buildings) > 1 else []

@@ -1,6 +1,6 @@
-"""What a data set is made of: output folders of ``process``, their buildings, floors and plans.
+"""Sources of a data set: output folders of ``process``, their buildings, floors and plans.
 
-Each labelled session becomes its rows of the data set's tables, in a worker process; then come all sessions' findings.
+A worker process builds the rows of each labelled session; then the findings of all sessions are collected.
 """
 
 from __future__ import annotations
@@ -64,26 +64,26 @@ class SessionJob:
     settings: DatasetSettings
     max_sigma_m: float
     own_limit: bool = True
-    """Whether a session's own limit of sigma goes before that one."""
+    """Whether a session's own limit of sigma takes precedence."""
 
 
 @dataclass(frozen=True)
 class SessionOutcome:
-    """What the worker tells the main process; the rows are on disk."""
+    """Result of a worker; the rows are on disk."""
 
     session: str
     device: str
     error: str | None
     """Why ``process`` could not map the session."""
     technologies: tuple[str, ...]
-    """Of its radio readings."""
+    """Findings about its radio readings."""
     findings: tuple[Finding, ...]
     places: WalkPlaces
-    """Where the walk surely was, and its labelled Wi-Fi scans."""
+    """Reliable positions of the walk, and its labelled Wi-Fi scans."""
 
 
 def build_session(job: SessionJob) -> SessionOutcome:
-    """Build one session's rows of all tables; raises DatasetError where what ``process`` wrote cannot be read."""
+    """Build one session's rows of all tables; raises DatasetError if the output of ``process`` cannot be read."""
     with job.labelled.at_hand() as labelled:
         return _build_at_hand(replace(job, labelled=labelled))
 
@@ -102,7 +102,7 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
     write_part(job.parts_folder, job.number, tables)
     findings += [*dropped, *_unknown_columns(job.labelled)]
     if result.error is None and fingerprints.is_empty():
-        message = "sessions were mapped, but have no radio reading"
+        message = "sessions were mapped, but have no radio readings"
         findings.append(Finding(kind="session_without_scan", file="", count=1, message=message))
     technologies = tuple(fingerprints["technology"].unique())
     places = _places(trajectory, fingerprints.filter(technology=WIFI))
@@ -110,7 +110,7 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
 
 
 def _places(trajectory: pl.DataFrame, scans: pl.DataFrame) -> WalkPlaces:
-    """One position of each half metre that the walk came through, those as sure as what is near, and labelled scans."""
+    """One position per half metre of the walk, if sigma is small enough, and labelled scans."""
     half_metre = [(pl.col(axis) * 2).floor().alias(f"{axis}_cell") for axis in ("x", "y")]
     sure = trajectory.filter(pl.col("sigma").fill_null(0.0) <= RADIUS_M).drop_nulls(["floor", "x", "y"])
     walked = sure.unique(["floor", *half_metre], keep="first", maintain_order=True)
@@ -129,7 +129,7 @@ def _radio(job: SessionJob, walk: SessionWalk, technology: str) -> SessionFinger
 
 
 def _ranges(job: SessionJob) -> dict[str, pl.DataFrame]:
-    """The ranges to access points where there are any; those without a label have no position."""
+    """The ranges to access points, if any; those without a label have no position."""
     if not job.labelled.has(RTT):
         return {}
     rows = job.labelled.table(RTT, SCHEMAS[RTT]).filter(pl.col("status") != Status.DUPLICATE.label)
@@ -142,7 +142,7 @@ def _ranges(job: SessionJob) -> dict[str, pl.DataFrame]:
 
 
 def _windows(job: SessionJob, trajectory: pl.DataFrame) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
-    """The windows of magnetic and inertial readings where there are any, and how many were dropped."""
+    """The windows of magnetic and inertial readings, if any, and the number of dropped ones."""
     sensors = job.labelled.table("sensors", SCHEMAS["sensors"])
     magnetic = magnetic_windows(sensors, job.session, job.building, job.settings.magnetic_window_s)
     inertial = imu_windows(sensors, trajectory, job.session, job.settings.imu)
@@ -150,7 +150,7 @@ def _windows(job: SessionJob, trajectory: pl.DataFrame) -> tuple[dict[str, pl.Da
     findings = [
         finding
         for cause, count in inertial.dropped.items()
-        for finding in finding_if(count, "imu_windows_dropped", f"windows of inertial readings are left out: {cause}")
+        for finding in finding_if(count, "imu_windows_dropped", f"windows of inertial readings were skipped: {cause}")
     ]
     return {name: table for name, table in windows.items() if len(table)}, findings
 
@@ -194,12 +194,12 @@ def survey_findings(outcomes: Sequence[SessionOutcome]) -> list[Finding]:
     findings = pooled(finding for outcome in outcomes for finding in outcome.findings)
     failed = [outcome for outcome in outcomes if outcome.error is not None]
     if failed:
-        message = f"sessions could not be mapped and have no label; the first: {failed[0].error}"
+        message = f"sessions could not be mapped and have no labels; the first: {failed[0].error}"
         findings.append(Finding(kind=FAILED, file="", count=len(failed), message=message))
     devices = {outcome.device for outcome in outcomes}
     silent = sorted(devices - {outcome.device for outcome in outcomes if outcome.technologies})
     if len(silent) == len(devices):
-        message = "sessions, but no radio reading in any: the data set has no fingerprint"
+        message = "sessions, but none has radio readings, so the data set has no fingerprints"
         findings.append(Finding(kind="no_radio_reading", file="", count=len(outcomes), message=message))
     elif silent:
         message = f"devices have no radio reading in any session: {', '.join(silent)}"
@@ -214,7 +214,7 @@ PLANS = "plans"
 class LabelledSource:
     """One labelled survey, the building it is of, and its plans by floor number.
 
-    ``floors`` are those of the labels, with the georeference that the raw survey has by now, where it is known.
+    ``floors`` are those of the labels, with the current georeference of the raw survey, if known.
     """
 
     labelled: LabelledSurvey
@@ -222,14 +222,14 @@ class LabelledSource:
     floors: tuple[FloorRecord, ...]
     plans: dict[int, Path]
     survey: Path | None
-    """The raw survey, where it is known."""
+    """The raw survey, if known."""
     named: Path
-    """The folder that was asked for: the labels, or the survey that they were made of on the way."""
+    """The given folder: the labels, or the survey that was processed first."""
     plans_left_out: tuple[Finding, ...] = ()
     """Names the plans that come from outside the survey."""
 
     def record(self, settings: DatasetSettings) -> DatasetSource:
-        """What the manifest keeps of it."""
+        """Its entry in the manifest."""
         run = self.labelled.root / RUN_FILE
         return DatasetSource(
             kind="process",
@@ -253,17 +253,17 @@ def open_sources(
     *,
     follow_links: bool = False,
 ) -> tuple[LabelledSource, ...]:
-    """Open output folders of ``process``; ``surveys`` are the raw ones they were made of, where known, for the plans.
+    """Open output folders of ``process``; ``surveys`` are their raw surveys, if known, for the plans.
 
-    ``named`` are the folders that messages name: those that were asked for. Plans that are no images are drawn into
-    ``scratch``. Plans and sessions that links lead to outside the survey are left out, unless ``follow_links``.
+    ``named`` are the given folders, for messages. Plans that are not images are drawn to ``scratch``. Plans and
+    sessions that links lead to outside the survey are skipped, unless ``follow_links``.
 
-    Raises DatasetError where a folder is none or no session remains, UsageError where there is not one building's name
-    for each, or a survey is another's.
+    Raises DatasetError if a folder is not such an output or no session remains, UsageError unless there is one
+    building name for each, or if a survey does not match.
     """
     if buildings and len(buildings) != len(outs):
         raise UsageError(
-            f"--building: {len(buildings)} names for {len(outs)} sources; give one for each, in their order"
+            f"--building: got {len(buildings)} names for {len(outs)} sources; give one for each, in their order"
         )
     names = list(buildings) or [""] * len(outs)
     opened = [open_labelled(out, follow_links=follow_links) for out in outs]
@@ -282,17 +282,17 @@ def open_sources(
 def _of_survey(
     survey: Path, labelled: LabelledSurvey, scratch: Folder, follow_links: bool
 ) -> tuple[tuple[FloorRecord, ...], dict[int, Path], tuple[Finding, ...]]:
-    """Find the plans of a survey, and where its floors lie on earth; and name what is left out.
+    """Find the plans and georeferences of a survey, and name skipped files.
 
-    Raises UsageError where its floors are not those that were labelled.
+    Raises UsageError if its floors differ from the labelled ones.
     """
     site, findings = read_site(survey, follow_links=follow_links)
     for record in labelled.floors:
         floors = [floor for floor in site.floors if floor.number == record.number]
         if [floor.extent_m for floor in floors] != [_extent(record)]:
             raise UsageError(
-                f"--survey {survey}: floor {record.number} is not the one that {labelled.root} was made of; "
-                "give that survey, or process this one anew"
+                f"--survey {survey}: floor {record.number} differs from the floor of the labels in {labelled.root}; "
+                "give the survey of these labels, or process this one again"
             )
     drawn = {floor.number: plan_file(floor, scratch) for floor in site.floors}
     earth = {floor.number: floor.georeference for floor in site.floors if floor.georeference is not None}
@@ -314,7 +314,7 @@ def _extent(record: FloorRecord) -> tuple[float, float, float, float] | None:
 def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, ...], dict[str, Path]]:
     """List the floors of all sources, sorted, and their plans by the path that they get in the data set.
 
-    Raises DatasetError where two sources have different floors of one number in one building.
+    Raises DatasetError if two sources have different floors of one number in one building.
     """
     found: dict[tuple[str, int], tuple[FloorInfo, LabelledSource]] = {}
     plans: dict[str, Path] = {}
@@ -333,7 +333,7 @@ def merged_floors(sources: Sequence[LabelledSource]) -> tuple[tuple[FloorInfo, .
 
 
 def plan_path(building: str, number: int, plan: Path) -> str:
-    """Where a floor's plan lies in a data set's folder."""
+    """Path of a floor's plan in a data set's folder."""
     stem = f"floor_{number}" if not building else f"{unique_slugs([building])[0]}.floor_{number}"
     return f"{PLANS}/{stem}{plan.suffix.lower()}"
 
@@ -348,14 +348,14 @@ def _refuse_clash(floor: FloorInfo, first: LabelledSource, record: FloorRecord, 
         if one != other and one is not None and other is not None:
             raise DatasetError(
                 f"floor {record.number} is {one:g} m {unit} in {first.named} and {other:g} m in "
-                f"{second.named}: these are two buildings; tell them apart by a --building NAME for each source"
+                f"{second.named}: if these are two buildings, give a --building NAME for each source"
             )
 
 
 def named_sessions(sources: Sequence[LabelledSource]) -> list[tuple[str, LabelledSource, LabelledSession]]:
-    """Name every session of the sources, sorted by name: its slug, behind the building's name where it has one.
+    """Name every session of the sources, sorted by name: its slug, with the building's name as prefix if there is one.
 
-    Raises DatasetError where two sources have a session of one name.
+    Raises DatasetError if two sources have a session of one name.
     """
     found: dict[str, tuple[LabelledSource, LabelledSession]] = {}
     for source in sources:
@@ -365,7 +365,7 @@ def named_sessions(sources: Sequence[LabelledSource]) -> list[tuple[str, Labelle
             if name in found:
                 raise DatasetError(
                     f"session {session.slug} is in {found[name][0].named} and in {source.named}: give each walk "
-                    "once; two buildings are told apart by a --building NAME for each source"
+                    "once; for two buildings, give a --building NAME for each source"
                 )
             found[name] = (source, session)
     return [(name, *found[name]) for name in sorted(found)]

@@ -1,6 +1,6 @@
-"""Many surveys under one prefix, a folder of this machine or one in a store.
+"""Many surveys in one folder, on this machine or in a store.
 
-``catalogue`` says what lies where and has a row for each survey, ``add`` makes rows (``raw_copy`` copies the files),
-``process`` maps what the catalogue lists; ``reduction`` makes of a survey's sessions its summary, tables and pages, and
+``catalogue`` describes the layout and has a row for each survey. ``add`` adds rows (``raw_copy`` copies the files), and
+``process`` processes the surveys in the catalogue. ``reduction`` writes the summary, tables and pages of a survey, and
 the pages about the fleet.
 """

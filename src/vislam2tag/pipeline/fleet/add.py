@@ -1,4 +1,4 @@
-"""Surveys join a fleet: copied into it if they are elsewhere, looked at, and entered into its catalogue."""
+"""Adds surveys to a fleet: copies them if they are elsewhere, reads them, and enters them into its catalogue."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ def add_surveys(
     progress: Progress[AddedSurvey] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> FleetTotals:
-    """Enter surveys into a fleet's catalogue; without any, all that are in its folder ``surveys`` are looked at again.
+    """Enter surveys into a fleet's catalogue; without any, all in its folder ``surveys`` are read again.
 
     A survey that is elsewhere, on this machine or in a store, is first copied to ``surveys/NAME``: by its folder's name
-    or, for a single one, by ``name``. If the fleet contains a survey of that name, only files that are not there yet
-    are added. Files that differ are refused unless ``replace`` is given: their former versions are then kept in
+    or, for a single one, by ``name``. If the fleet contains a survey of that name, only new files are
+    added. Files that differ are refused unless ``replace`` is given: their former versions are then kept in
     ``replaced/NAME``. No file of a survey is removed. Files that links lead to outside the survey are not copied, and
     ``tell`` is called with them, unless ``follow_links`` is given. ``progress`` is called with what changed of each
     survey.
@@ -73,7 +73,9 @@ def add_surveys(
         linked = [(survey, left_out_files(sorted(links))) for survey, links in left_out.items() if links]
         tell([finding.model_copy(update={"file": str(survey)}) for survey, finding in linked])
     if not todo:
-        raise UsageError(f"{shown(fleet)}: no survey is in its folder {SURVEYS}; name one: fleet add STORE SURVEY")
+        raise UsageError(
+            f"{shown(fleet)}: its folder {SURVEYS} contains no survey; add one with fleet add STORE SURVEY"
+        )
     rows = []
     for each in todo:
         changes = each.carry_out() if isinstance(each, RawCopy) else each
@@ -101,7 +103,7 @@ def looked_at(fleet: Path, name: str) -> tuple[dict[str, object], SurveyError | 
 
 
 def described(survey: Survey) -> dict[str, object]:
-    """What the catalogue says of a survey as it is found."""
+    """The catalogue's row of a survey."""
     dates = sorted(found for ref in survey.sessions if (found := _date(ref.key.session)) is not None)
     return {
         "site": site_name(survey.root) or survey.root.resolve().name,
@@ -114,12 +116,12 @@ def described(survey: Survey) -> dict[str, object]:
 
 
 def inputs_of(store: AnyStore) -> str:
-    """What tells a survey's files from any others, by their listing."""
+    """A mark of a survey's files, from their listing."""
     return key_of(sorted([file.name, file.size, file.version.mark] for file in store.list()))
 
 
 def _with_what_was_made(row: dict[str, object], before: dict[str, object] | None) -> dict[str, object]:
-    """Keep what an earlier row says of labels; where the files are others now, that they have changed."""
+    """Keep the labels of an earlier row, with the state for changed files if they differ."""
     if before is None or before["labels"] is None:
         return row
     kept = {
@@ -132,14 +134,16 @@ def _with_what_was_made(row: dict[str, object], before: dict[str, object] | None
 
 
 def _names(surveys: Sequence[Path], name: str | None) -> list[str]:
-    """What surveys are to be called in the fleet; raises UsageError if two would have one name."""
+    """Names of surveys in the fleet; raises UsageError if two would have the same name."""
     if name is not None and len(surveys) != 1:
-        raise UsageError("--name: is the name of one survey; give exactly one SURVEY with it")
+        raise UsageError("--name applies to one survey; give exactly one SURVEY with it")
     names = [survey_name(survey.name if name is None else name) for survey in surveys]
     (most, uses), *_ = Counter(names).most_common(1)
     if uses > 1:
         alike = " and ".join(shown(survey) for survey, own in zip(surveys, names, strict=True) if own == most)
-        raise UsageError(f"{alike}: would have the same name in the fleet; add each alone, with --name")
+        raise UsageError(
+            f"{alike}: these surveys would have the same name in the fleet; add each separately with --name"
+        )
     return names
 
 
@@ -150,7 +154,7 @@ def _copies(
     replace: bool,
     left_out: Mapping[Path, frozenset[str]],
 ) -> list[RawCopy | AddedSurvey]:
-    """What is to be copied of each survey, all compared before the first is copied; those in the fleet as they are."""
+    """Files to copy for each survey, all compared before the first copy; surveys in the fleet are kept."""
     return [
         AddedSurvey(survey=own)
         if any_store_at(survey) == any_store_at(_whole(fleet / SURVEYS / own))
@@ -160,7 +164,7 @@ def _copies(
 
 
 def _outside_links(root: Path) -> frozenset[str]:
-    """Names of a survey's links that lead outside it, and of the sessions with such files, which are left out whole.
+    """Names of a survey's links that lead outside it, and of the sessions with such files, which are skipped.
 
     Raises SurveyError if no session remains.
     """
@@ -183,7 +187,7 @@ def _whole(place: Path) -> Path:
 
 
 def _date(session: str) -> date | None:
-    """The day that a session's name begins with."""
+    """The date at the start of a session's name."""
     found = _DATE.match(session)
     try:
         return date.fromisoformat(found[0]) if found else None

@@ -1,20 +1,19 @@
-"""What lies where in a fleet.
+"""Layout and catalogue of a fleet.
 
-fleet.json                                             which snapshot of the catalogue counts; totals
-catalogue/NUMBER-RANDOM.parquet                        a snapshot: one row for each survey
-surveys/SURVEY/                                        raw survey
-labels/SURVEY/                                         what process makes of it
-tables/TABLE/survey=SURVEY/floor=FLOOR/TABLE.parquet   tables of all surveys (tables.py)
-report/                                                pages: index.html, SURVEY/index.html, SURVEY/SESSION.html
-reduced/SURVEY.json                                    what its summary, tables and pages follow from; gone while they
-                                                       are made
-sources/SURVEY.json                                    where its raw survey came from, and its files' SHA-256
-replaced/SURVEY/FILE/SHA256                            former versions of raw files
+- ``fleet.json``: current snapshot of the catalogue, and totals
+- ``catalogue/NUMBER-RANDOM.parquet``: a snapshot with one row for each survey
+- ``surveys/SURVEY/``: raw survey
+- ``labels/SURVEY/``: its output of ``process``
+- ``tables/TABLE/survey=SURVEY/floor=FLOOR/TABLE.parquet``: tables of all surveys
+- ``report/``: pages (``index.html``, ``SURVEY/index.html``, ``SURVEY/SESSION.html``)
+- ``reduced/SURVEY.json``: key of its summary, tables and pages; removed while they are written
+- ``sources/SURVEY.json``: origin of its raw survey, and SHA-256 of its files
+- ``replaced/SURVEY/FILE/SHA256``: former versions of raw files
 
-The catalogue of a fleet: plain Parquet files, of which ``fleet.json`` says which one counts.
+The catalogue is a set of plain Parquet files; ``fleet.json`` names the current one.
 
-A change writes a new file and then replaces ``fleet.json`` by a conditional write; whoever loses against another
-program takes its snapshot and changes that. So readers see all of a change or nothing, and nothing is lost.
+A change writes a new file and then replaces ``fleet.json`` by a conditional write. If another program was faster, its
+snapshot is changed instead. So readers see complete changes only, and no change is lost.
 """
 
 from __future__ import annotations
@@ -41,19 +40,19 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 def survey_name(name: str) -> str:
-    """The name of a survey in a fleet, which is part of addresses; raises UsageError where it cannot be."""
+    """The name of a survey in a fleet, which is part of addresses; raises UsageError if it is invalid."""
     if not _NAME.fullmatch(name):
         raise UsageError(
-            f"{name}: cannot be a survey's name in a fleet: letters, digits, '.', '_' and '-' only; rename its folder "
-            "or give another --name"
+            f"{name}: not a valid name of a survey in a fleet; use letters, digits, '.', '_' and '-' only. Rename its "
+            "folder or choose another --name"
         )
     return name
 
 
 PROGRAM = "vislam2tag fleet"
 NEW, CHANGED, DONE, FAILED, UNREADABLE = "new", "changed", "done", "failed", "unreadable"
-"""States: never processed; its files have changed since; every session is mapped; some are not, the ids are wrong or no
-frame has a position; it cannot be opened."""
+"""States: never processed; files changed since then; every session is mapped; some are not, ids are wrong or no frame
+has a position; it cannot be opened."""
 STATES = (NEW, CHANGED, DONE, FAILED, UNREADABLE)
 CATALOGUE: dict[str, pl.DataType] = {
     "survey": pl.String(),
@@ -73,14 +72,14 @@ CATALOGUE: dict[str, pl.DataType] = {
     "inputs": pl.String(),
     "labels": pl.String(),
 }
-"""Columns. ``inputs`` tells the survey's files from any others, ``labels`` what its labels were made of; durations,
-distances and frames (repeated ones left out) are those of processed sessions."""
+"""Columns. ``inputs`` is a mark of the survey's files, ``labels`` of the inputs of its labels; durations, distances and
+frames (without repeated ones) are those of processed sessions."""
 _COUNTS = ("survey", "sessions", "failed", "state", "duration_s", "distance_m", "frames", "frames_labelled")
-"""Columns that hold a value for each survey."""
+"""Columns with a value for each survey."""
 _KEPT = 4
-"""Snapshots before the last one, which somebody may be reading."""
+"""Number of earlier snapshots to keep for readers."""
 _TRIES = 20
-"""For a change that other programs come before."""
+"""Attempts for a change if other programs are faster."""
 
 
 class FleetTotals(Record):
@@ -101,49 +100,49 @@ class FleetTotals(Record):
 
 
 class FleetRecord(Record):
-    """What ``fleet.json`` holds: all that ``status`` needs, however large the fleet is."""
+    """Contents of ``fleet.json``, which suffice for ``status``."""
 
     program: str
     number: int
-    """Of the snapshot, from 1."""
+    """Number of the snapshot, from 1."""
     snapshot: str
     before: list[str]
-    """Snapshots before, the last one first."""
+    """Earlier snapshots, the latest first."""
     totals: FleetTotals
 
 
 @dataclass(frozen=True)
 class Fleet:
-    """A fleet by its place."""
+    """A fleet by its folder or address."""
 
     root: Path
 
     @property
     def store(self) -> AnyStore:
-        """Where it lies."""
+        """Its folder or address."""
         return any_store_at(self.root)
 
     def record(self) -> FleetRecord:
-        """Read the state; raises UsageError where there is no fleet."""
+        """Read the state; raises UsageError if there is no fleet."""
         found = self._record()
         if found is None:
             place = shown(self.root)
-            raise UsageError(f"{place}: no fleet is there; begin one: vislam2tag fleet add {place} SURVEY")
+            raise UsageError(f"{place}: this is not a fleet; start one with vislam2tag fleet add {place} SURVEY")
         return found[0]
 
     def catalogue(self) -> pl.DataFrame:
-        """Read the catalogue: one row for each survey, by name. Raises UsageError where there is no fleet."""
+        """Read the catalogue: one row for each survey, by name. Raises UsageError if there is no fleet."""
         for _ in range(_TRIES):
             record = self.record()
             table = self._snapshot(record)
             if table is not None:
                 return table
-        raise StoreError(f"{shown(self.root)}: its catalogue {record.snapshot} is not there; run fleet add again")
+        raise StoreError(f"{shown(self.root)}: its catalogue {record.snapshot} is missing; run fleet add again")
 
     def change(self, rows: list[dict[str, object]]) -> FleetTotals:
         """Add rows, or replace those of the same surveys, in one step; return the new totals.
 
-        Raises StoreError where that cannot be written, or other programs keep changing it.
+        Raises StoreError if that cannot be written, or other programs keep changing it.
         """
         new = pl.DataFrame(rows, schema=CATALOGUE, orient="row")
         for _ in range(_TRIES):
@@ -159,7 +158,9 @@ class Fleet:
             table = pl.concat([old.join(new, on="survey", how="anti"), new]).sort("survey")
             if self._commit(table, record, version):
                 return totals_of(table)
-        raise StoreError(f"{shown(self.root)}: other programs keep changing the catalogue; run again when they ended")
+        raise StoreError(
+            f"{shown(self.root)}: other programs keep changing the catalogue; run again when they have ended"
+        )
 
     def _commit(self, table: pl.DataFrame, before: FleetRecord | None, version: Version | None) -> bool:
         number = 1 if before is None else before.number + 1
@@ -185,7 +186,7 @@ class Fleet:
             return FleetRecord.model_validate_json(found.data), found.version
         except ValidationError as error:
             raise UsageError(
-                f"{shown(self.root)}: {FLEET_FILE} is none that this version of vislam2tag can read"
+                f"{shown(self.root)}: this version of vislam2tag cannot read {FLEET_FILE}; update vislam2tag"
             ) from error
 
     def _snapshot(self, record: FleetRecord) -> pl.DataFrame | None:
@@ -202,26 +203,28 @@ class Fleet:
 
     def _damaged(self, record: FleetRecord) -> StoreError:
         place = shown(self.root)
-        return StoreError(f"{place}/{record.snapshot}: is damaged; remove {FLEET_FILE} there and run fleet add {place}")
+        return StoreError(
+            f"{place}/{record.snapshot}: the catalogue is damaged; remove {FLEET_FILE} there and run fleet add {place}"
+        )
 
 
 def is_fleet(place: Path) -> bool:
-    """Tell whether a fleet is there; raises StoreError where a store cannot be read."""
+    """Whether the folder is a fleet; raises StoreError if a store cannot be read."""
     return any_store_at(place).get(FLEET_FILE) is not None
 
 
 def fleet_list(fleet: AnyPath) -> pl.DataFrame:
-    """The catalogue of a fleet: one row for each survey, by name. Raises UsageError where there is no fleet."""
+    """The catalogue of a fleet: one row for each survey, by name. Raises UsageError if there is no fleet."""
     return Fleet(Path(fleet)).catalogue()
 
 
 def fleet_status(fleet: AnyPath) -> FleetTotals:
-    """How far a fleet is, by one small file. Raises UsageError where there is no fleet."""
+    """The state of a fleet, from one small file. Raises UsageError if there is no fleet."""
     return Fleet(Path(fleet)).record().totals
 
 
 def totals_of(table: pl.DataFrame) -> FleetTotals:
-    """Add up a catalogue."""
+    """Totals of a catalogue."""
     by_state = table.group_by("state").agg(pl.len(), pl.col("sessions").sum()).sort("state")
     sums = table.select(
         pl.col("sessions", "failed", "duration_s", "distance_m", "frames", "frames_labelled").sum()

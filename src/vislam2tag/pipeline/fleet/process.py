@@ -1,9 +1,9 @@
-"""All surveys of a fleet are mapped: their sessions on any executor, survey after survey, each survey reduced there.
+"""Processes all surveys of a fleet on any executor, survey after survey, and reduces each one there.
 
-This process opens a survey when its sessions can be handed out, and forgets it when it is reduced: what it holds does
+The main process opens a survey when its sessions can be handed out, and closes it after its reduction, so memory does
 not grow with the fleet's sessions.
 
-What ``fleet process`` would do, and why, survey by survey: nothing is written.
+A dry run lists what ``fleet process`` would do, and why, without writing anything.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ from vislam2tag.site.model import Survey
 from vislam2tag.site.stored_survey import survey_at_hand
 
 _COMMITS = 100
-"""So many times at most the catalogue is written on the way: once each hundredth of the surveys."""
+"""Maximum number of intermediate writes of the catalogue: one per hundredth of the surveys."""
 
 
 @dataclass(frozen=True)
 class SessionOutcome:
-    """What became of a session of a survey of the fleet."""
+    """Outcome of a session of a survey of the fleet."""
 
     survey: str
     outcome: Outcome
@@ -77,7 +77,7 @@ class FleetSession(OfSession[SessionOutcome]):
 
     @property
     def slug(self) -> str:
-        """What tasks are called by."""
+        """Name of its tasks."""
         return f"{self.survey}-{self.job.slug}"
 
     @contextmanager
@@ -105,14 +105,14 @@ def process_fleet(
     follow_links: bool = False,
     progress: Progress[FleetOutcome] = silent,
 ) -> FleetTotals:
-    """Process the surveys of a fleet, or those named; write their labels, the fleet's tables, catalogue and report.
+    """Process the surveys of a fleet, or the named ones, and write labels, the fleet's tables, catalogue and report.
 
-    ``settings_for`` is asked for the settings of each survey, by its folder. With ``jobs`` > 1 sessions run in that
+    ``settings_for`` returns the settings of each survey for its folder. With ``jobs`` > 1 sessions run in that
     many processes; an ``executor`` runs them elsewhere. ``follow_links`` is as that of
     :func:`~vislam2tag.pipeline.labels.process.process`. ``progress`` is called with each
-    outcome and the number of sessions. A survey that cannot be opened, or whose labels cannot be written over, is
-    ``unreadable`` in the catalogue and the others go on. Raises UsageError where there is no fleet or no such survey,
-    StoreError where a store cannot be read or written.
+    outcome and the number of sessions. A survey that cannot be opened, or with labels that cannot be overwritten, is
+    ``unreadable`` in the catalogue, and the others continue. Raises UsageError if there is no fleet or no such survey,
+    StoreError if a store cannot be read or written.
     """
     fleet = Path(fleet)
     at = Fleet(fleet)
@@ -128,54 +128,55 @@ def process_fleet(
 
 
 def chosen(fleet: Fleet, surveys: Sequence[str]) -> list[dict[str, Any]]:
-    """Rows of the surveys named, or of all; raises UsageError for one that is not there."""
+    """Rows of the named surveys, or of all; raises UsageError for an unknown one."""
     rows = fleet.catalogue().to_dicts()
     unknown = set(surveys) - {row["survey"] for row in rows}
     if unknown:
         raise UsageError(
-            f"{min(unknown)}: no survey of {shown(fleet.root)}; see: vislam2tag fleet list {shown(fleet.root)}"
+            f"{min(unknown)}: {shown(fleet.root)} has no such survey; "
+            f"list them with vislam2tag fleet list {shown(fleet.root)}"
         )
     return [row for row in rows if not surveys or row["survey"] in surveys]
 
 
 @dataclass
 class _Open:
-    """A survey whose sessions are being worked at."""
+    """A survey in progress."""
 
     stack: ExitStack
     run: LabelRun
     row: dict[str, Any]
-    """Its row in the catalogue, as far as it is known before the survey is reduced."""
+    """Its row in the catalogue before its reduction."""
     waiting: int
     """Sessions that have not ended."""
     is_reduced: bool
-    """Whether summary, tables and pages are those of the labels as they were when the survey was opened."""
+    """Whether summary, tables and pages match the labels at the time when the survey was opened."""
     repeated: bool = False
-    """Whether any session was worked at."""
+    """Whether any session was processed."""
 
 
 @dataclass
 class FleetRun:
-    """The way of a fleet's jobs: from each survey its sessions, from its last session the survey's own."""
+    """Flow of a fleet's jobs: the sessions of each survey, and the survey's own job after its last session."""
 
     fleet: Fleet
     rows: dict[str, dict[str, Any]]
-    """Of the surveys to process, as the catalogue has them."""
+    """Catalogue rows of the surveys to process."""
     settings_for: Callable[[Path], ProcessSettings]
     progress: Progress[FleetOutcome]
     follow_links: bool = False
     """Whether pages show what links lead to outside a survey."""
     open: dict[str, _Open] = field(default_factory=dict)
     ended: list[dict[str, object]] = field(default_factory=list)
-    """Rows that the catalogue does not have yet."""
+    """Rows that are not yet in the catalogue."""
 
     @property
     def sessions(self) -> int:
-        """How many there are, as far as the catalogue knows."""
+        """Number of sessions according to the catalogue."""
         return sum(row["sessions"] for row in self.rows.values())
 
     def jobs(self) -> Iterator[FleetJob]:
-        """Jobs of all sessions, each survey opened when its turn comes."""
+        """Jobs of all sessions; each survey is opened in turn."""
         for name in self.rows:
             try:
                 opened = self._opened(name)
@@ -189,7 +190,7 @@ class FleetRun:
                 yield from self._after_the_last(name)
 
     def take(self, outcome: FleetOutcome) -> list[FleetJob]:
-        """Note an outcome; return what follows from it."""
+        """Record an outcome; return its follow-up jobs."""
         self.progress(outcome, self.sessions)
         opened = self.open[outcome.survey]
         if isinstance(outcome, SurveyOutcome):
@@ -201,7 +202,7 @@ class FleetRun:
         return self._after_the_last(outcome.survey) if not opened.waiting else []
 
     def close(self) -> None:
-        """Let go of what is open, and enter into the catalogue what has ended."""
+        """Close open surveys, and write finished ones to the catalogue."""
         for opened in self.open.values():
             opened.stack.close()
         self.open.clear()
@@ -214,7 +215,9 @@ class FleetRun:
             root = stack.enter_context(survey_at_hand(folder))
             settings = self.settings_for(root)
             if settings.together:
-                raise UsageError("together: a fleet maps each walk alone; run process on the survey, or leave it out")
+                raise UsageError(
+                    "together: a fleet processes each walk separately; remove this, or run process on the survey"
+                )
             opened = OpenedSurvey.at(root, settings)
             labels = self._labels_key(opened.survey, settings, inputs)
             row = described(opened.survey) | {"inputs": inputs, "labels": labels}
@@ -226,7 +229,7 @@ class FleetRun:
         return self.open[name]
 
     def _labels_key(self, survey: Survey, settings: ProcessSettings, inputs: str) -> str:
-        """Key of all that a survey's labels, summary, tables and pages follow from."""
+        """Key of all inputs of a survey's labels, summary, tables and pages."""
         codes = sorted({code_of(name, settings) for name in {ref.format for ref in survey.sessions}})
         shown = shared_survey(survey, follow_links=self.follow_links)
         left_out = [finding.message for finding in left_out_of(shown.findings)]
@@ -237,7 +240,7 @@ class FleetRun:
         return before["state"] == DONE and before["labels"] == labels and is_reduced(self.fleet.root, name, labels)
 
     def _after_the_last(self, name: str) -> list[FleetJob]:
-        """What follows from a survey's last session: nothing where it is as it was when it was reduced last."""
+        """Job after a survey's last session; none if nothing has changed since its last reduction."""
         opened = self.open[name]
         if opened.is_reduced and not opened.repeated:
             self._end(name, {})
@@ -262,15 +265,15 @@ class FleetRun:
 
 @dataclass(frozen=True)
 class PlannedSurvey:
-    """A survey that a run would look at."""
+    """A survey in a dry run."""
 
     survey: str
     kept: int
     """Sessions that are done and unchanged."""
     reasons: dict[str, int]
-    """Sessions that would be processed, by why; one may have several reasons."""
+    """Number of sessions to process by reason; a session may have several."""
     to_process: int
-    """How many these are."""
+    """Number of sessions to process."""
     error: str | None
     """Why the survey cannot be opened."""
 
@@ -283,7 +286,7 @@ def fleet_dry_run(
     jobs: int = 1,
     executor: Executor | None = None,
 ) -> Iterator[PlannedSurvey]:
-    """Say of each survey what :func:`.process_fleet` with these arguments would process; raises as that."""
+    """Report for each survey what :func:`.process_fleet` with these arguments would process; raises as that."""
     for row in chosen(Fleet(fleet), surveys):
         name = row["survey"]
         try:

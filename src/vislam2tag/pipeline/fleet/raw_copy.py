@@ -1,9 +1,9 @@
-"""Raw surveys are copied into a fleet, where they only grow: no copy removes a file or overwrites one unnoticed.
+"""Copies raw surveys into a fleet, without removing files or silently overwriting them.
 
-``sources/SURVEY.json`` records where a survey came from and the SHA-256 of each of its files; it is written by a
-conditional write before the first file is copied, so that two programs cannot fill one survey, and again after the
-last. A folder is the same survey as the one of its name in the fleet if it contains all files that are there,
-unchanged, or at least one whole session of them. Any other is refused.
+``sources/SURVEY.json`` records the origin of a survey and the SHA-256 of each of its files. It is written conditionally
+before the first file is copied, so that two programs cannot fill the same survey, and again after the last. A folder
+counts as the same survey as one in the fleet if it contains all of its files unchanged, or at least one complete
+session. Other folders are refused.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _FETCHED = "file"
 
 
 class AddedSurvey(Record):
-    """What adding a survey to a fleet changes there: the names of its files."""
+    """Changes by adding a survey to a fleet, as names of files."""
 
     survey: str
     """Its name in the fleet."""
@@ -45,11 +45,11 @@ class RawFile(Record):
 
     sha256: str
     mark: str = ""
-    """Of the version in the fleet, as a listing shows it; empty until the file is copied."""
+    """Mark of the version in the fleet from a listing; empty until the file is copied."""
 
 
 class Source(Record):
-    """Where a survey of a fleet came from."""
+    """Origin of a survey of a fleet."""
 
     survey: str
     source: str
@@ -64,7 +64,7 @@ class RawCopy:
     survey: Path
     changes: AddedSurvey
     record: Source
-    """As it is while files are copied."""
+    """Record while files are copied."""
     before: Version | None
     """Version of the record that this one replaces."""
 
@@ -73,7 +73,7 @@ class RawCopy:
         return any_store_at(self.fleet / SURVEYS / self.changes.survey)
 
     def carry_out(self) -> AddedSurvey:
-        """Copy what is not there yet; return what that changed.
+        """Copy new files; return the changes.
 
         Raises SurveyError if a file is removed meanwhile, StoreConflictError if another program adds to the survey,
         OutputError and StoreError if a file cannot be read or written.
@@ -95,13 +95,13 @@ class RawCopy:
         return self.changes
 
     def _keep_former(self, name: str, scratch: Folder) -> None:
-        """Keep the version of a file that is about to be replaced, by its content: once, however often that is."""
+        """Keep the version of a file that is about to be replaced, once per content."""
         file = _fetched(self._target, name, scratch)
         kept = f"{REPLACED}/{self.changes.survey}/{name}/{sha256_of(file)}{PurePosixPath(name).suffix}"
         any_store_at(self.fleet).put(kept, file)
 
     def _write(self, record: Source, before: Version | None) -> Version:
-        """Write the record in place of the version before; return its own."""
+        """Write the record over the earlier version; return the new version."""
         name, store = _record_name(record.survey), any_store_at(self.fleet)
         content = (record.model_dump_json(indent=1) + "\n").encode()
         try:
@@ -118,11 +118,11 @@ class RawCopy:
 
 
 def planned_copy(fleet: Path, survey: Path, name: str, *, replace: bool, left_out: Set[str] = frozenset()) -> RawCopy:
-    """Compare a survey with the one of that name in a fleet; nothing is written.
+    """Compare a survey with the one of that name in a fleet, without writing.
 
     ``left_out`` names files and folders of the survey that are not to be copied. Raises SurveyError if it is not a
-    survey, UsageError if it is another survey than the one in the fleet, or if files differ and are not to be
-    ``replace``-d, StoreError if a store cannot be read.
+    survey, UsageError if it differs from the survey in the fleet, or if files differ without ``replace``, StoreError
+    if a store cannot be read.
     """
     sessions = _raw_of_sessions(survey)
     source, target = any_store_at(survey), any_store_at(fleet / SURVEYS / name)
@@ -152,7 +152,7 @@ def planned_copy(fleet: Path, survey: Path, name: str, *, replace: bool, left_ou
 
 
 def _raw_of_sessions(survey: Path) -> list[PurePosixPath]:
-    """Where the raw sessions of a survey are, relative to it: folders, or files for those that are a file."""
+    """Relative paths of the raw sessions of a survey: folders or single files."""
     with survey_at_hand(survey) as root:
         opened = open_survey(root)
         return [PurePosixPath((ref.packed or ref.folder).relative_to(opened.root)) for ref in opened.sessions]
@@ -165,7 +165,7 @@ def _is_whole(session: PurePosixPath, given: Set[str], shared: Set[str]) -> bool
 
 
 def _in_fleet(target: AnyStore, file: Listed, known: RawFile | None, scratch: Folder) -> RawFile:
-    """A file that is in the fleet: read only if it is not as it was when it was copied."""
+    """A file in the fleet, which is only read if it has changed since it was copied."""
     if known is not None and known.mark == file.version.mark != "":
         return known
     return RawFile(sha256=_sha256(target, file.name, scratch), mark=file.version.mark)
@@ -178,11 +178,11 @@ def _sha256(store: AnyStore, name: str, scratch: Folder) -> str:
 
 
 def _fetched(store: AnyStore, name: str, scratch: Folder) -> Path:
-    """Fetch a file that was listed, in place of the one before; raises SurveyError if it is not there any more."""
+    """Fetch a listed file over the earlier one; raises SurveyError if it no longer exists."""
     scratch.remove(_FETCHED)
     store.fetch(name, scratch, _FETCHED)
     if not (scratch / _FETCHED).is_file():
-        raise SurveyError(f"{store.address}/{name}: is not there any more; run the same command again")
+        raise SurveyError(f"{store.address}/{name}: the file no longer exists; run the same command again")
     return scratch / _FETCHED
 
 
@@ -200,7 +200,7 @@ def _record_name(survey: str) -> str:
 
 
 def _record_of(fleet: Path, survey: str) -> tuple[Source | None, Version | None]:
-    """Where a survey of a fleet came from, if that is known, and the version that is there."""
+    """Origin of a survey of a fleet, if known, and the version of its record."""
     found = any_store_at(fleet).get(_record_name(survey))
     if found is None:
         return None, None
@@ -209,8 +209,8 @@ def _record_of(fleet: Path, survey: str) -> tuple[Source | None, Version | None]
     except ValidationError as error:
         place = f"{shown(fleet)}/{_record_name(survey)}"
         raise UsageError(
-            f"{place}: is damaged or of a later version; remove it and run the same command again, which then reads "
-            "the files of the fleet instead"
+            f"{place}: the file is damaged or from a later version; remove it and run the same command again, which "
+            "then reads the files of the fleet instead"
         ) from error
 
 
@@ -221,7 +221,7 @@ def _refusal(survey: str, name: str, origin: str, differing: Sequence[str], kept
     else:
         what = "has no session in common with those"
     return UsageError(
-        f"{survey}: {what} of the survey {name} in the fleet, which was added from {origin}; if it is another survey, "
-        f"give --name NAME; if it is the same, give --replace: files that differ are then replaced, and the former "
-        f"versions are kept in {kept}"
+        f"{survey}: {what} of the survey {name} in the fleet, which was added from {origin}. If it is another survey, "
+        f"use --name NAME. If it is the same, use --replace: this replaces files that differ and keeps the former "
+        f"versions in {kept}"
     )

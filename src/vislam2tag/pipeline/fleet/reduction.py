@@ -1,15 +1,14 @@
-"""Tables of a fleet, one file a survey and floor: ``tables/TABLE/survey=SURVEY/floor=FLOOR/TABLE.parquet``.
+"""Tables of a fleet, one file per survey and floor: ``tables/TABLE/survey=SURVEY/floor=FLOOR/TABLE.parquet``.
 
-Polars and DuckDB read them by one pattern and open only what a condition on ``survey`` and ``floor`` leaves. Of the
-labels that is what was heard, ``wifi`` and ``ble``; frames and sensors, most of all, stay with each survey's labels.
+Polars and DuckDB read them with one pattern and only open files that match a condition on ``survey`` and ``floor``. The
+tables contain ``wifi`` and ``ble``; the larger tables of frames and sensors stay with each survey's labels.
 
-What a worker makes of a survey whose sessions are done: summary and report as process makes them, tables, pages.
+A worker reduces a survey after its sessions: summary and report as by ``process``, tables, pages. Surveys are reduced
+to the fleet by the catalogue's rows, so no process keeps all sessions in memory. A mark, ``reduced/SURVEY.json``, is
+removed before any change and written at the end. If a run is interrupted, the next one finds no mark and reduces the
+survey again.
 
-Sessions reduce to their survey there, surveys to the fleet by the catalogue's rows, so that nobody holds all sessions.
-A mark, ``reduced/SURVEY.json``, is removed before any of that changes and written when all of it is there: whatever
-ends a run between, the next one finds no mark and reduces the survey again.
-
-The pages about a fleet as a whole, made of its catalogue alone.
+The pages about a fleet as a whole only use its catalogue.
 """
 
 from __future__ import annotations
@@ -83,9 +82,9 @@ def session_row(result: SessionResult) -> dict[str, Any]:
 
 
 def write_tables(fleet: Path, survey: str, rows: Sequence[dict[str, Any]]) -> None:
-    """Write a survey's part of the fleet's tables, of ``rows`` and of its labels; what it had before goes.
+    """Write a survey's part of the fleet's tables, from ``rows`` and its labels, and remove its earlier files.
 
-    A floor's readings lie on this machine while they are written.
+    A floor's readings are on this machine while they are written.
     """
     sessions = pl.DataFrame(rows, schema=SESSION_COLUMNS, orient="row")
     floors = sorted(sessions["floor"].unique())
@@ -110,7 +109,7 @@ def _write_heard(fleet: Path, survey: str, table: str, slugs: Sequence[str]) -> 
 
 
 def _replace(to: AnyStore, table: str, floors: Iterable[int], rows: pl.LazyFrame) -> None:
-    """Put a file for each floor; those of other floors go. The floor is in the file's address, not in it."""
+    """Upload a file for each floor and remove those of other floors. The floor is only in the file's address."""
     ours = re.compile(rf"floor=-?\d+/{table}\.parquet")
     before, now = {file.name for file in to.list() if ours.fullmatch(file.name)}, set()
     for floor in floors:
@@ -123,12 +122,12 @@ def _replace(to: AnyStore, table: str, floors: Iterable[int], rows: pl.LazyFrame
 
 
 _PAGE = re.compile(r"(index(_\d+)?|floor_.*)\.html")
-"""Names of the pages about a survey and its sessions; what else people put beside them stays."""
+"""Names of the pages about a survey and its sessions; other files are never removed."""
 
 
 @dataclass(frozen=True)
 class SurveyOutcome:
-    """What became of a survey: entries of its row in the catalogue."""
+    """Outcome of a survey: entries of its row in the catalogue."""
 
     survey: str
     row: dict[str, Any]
@@ -153,7 +152,7 @@ class SurveyJob(Job[SurveyOutcome]):
     out: OutputFolder
     code: str
     labels: str
-    """Key of what the labels were made of."""
+    """Key of the inputs of the labels."""
     follow_links: bool = False
     """Whether pages show what links lead to outside the survey."""
 
@@ -171,7 +170,7 @@ class SurveyJob(Job[SurveyOutcome]):
         return nullcontext(partial(reduce_survey, self))
 
     def given_up(self, error: str) -> SurveyOutcome:
-        """End it for a cause that is not its own to report."""
+        """End it for an external cause."""
         return failed_survey(self.survey, error)
 
 
@@ -188,9 +187,9 @@ def is_reduced(fleet: Path, survey: str, labels: str) -> bool:
 
 
 def reduce_survey(job: SurveyJob) -> SurveyOutcome:
-    """Reduce a survey, write its part of the fleet's tables and report. One that cannot be opened has an error.
+    """Reduce a survey, and write its part of the fleet's tables and report. One that cannot be opened has an error.
 
-    Raises OutputError or StoreError where what it needs cannot be read or written.
+    Raises OutputError or StoreError if files cannot be read or written.
     """
     fleet = any_store_at(job.fleet)
     fleet.delete([_mark(job.survey)])
@@ -221,7 +220,7 @@ def reduce_survey(job: SurveyJob) -> SurveyOutcome:
 
 
 def failed_survey(survey: str, error: Vislam2tagError | str) -> SurveyOutcome:
-    """What is told of a survey that could not be reduced."""
+    """The outcome of a survey that could not be reduced."""
     return SurveyOutcome(survey, {}, f"{survey}: {error}")
 
 
@@ -247,9 +246,9 @@ def _row(summary: Summary, rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def write_fleet_report(fleet: AnyPath) -> int:
-    """Write ``report/index.html`` and, for many surveys, the pages after it; return how many there are.
+    """Write ``report/index.html`` and, for many surveys, further pages; return their number.
 
-    Raises UsageError where there is no fleet, StoreError where it cannot be written.
+    Raises UsageError if there is no fleet, StoreError if it cannot be written.
     """
     fleet = Path(fleet)
     table = Fleet(fleet).catalogue()

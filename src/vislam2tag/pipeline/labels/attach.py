@@ -1,4 +1,4 @@
-"""A second recording of a walk is tied to the one with the poses."""
+"""Relates a second recording of a walk to the one with poses."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import DatasetError, OutputError, SessionError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath
@@ -32,12 +33,12 @@ from vislam2tag.site.discover import zip_of
 from vislam2tag.site.model import SessionKey, SessionRef, unique_slugs
 
 LEVER_ARM_M = 0.3
-"""Two devices that one person carries are about so far apart."""
+"""Assumed distance between two devices that one person carries."""
 
 
 @dataclass(frozen=True)
 class Attached:
-    """A tie that was written: its file, the recording's tables with how many rows of each lie within the walk."""
+    """A written tie: its file, and the recording's tables with the number of rows within the walk."""
 
     written: Path
     tie: Tie
@@ -45,9 +46,9 @@ class Attached:
     rows: dict[str, int]
     inside: dict[str, int]
     refused: tuple[str, ...]
-    """What could not tell the offset, with its figures."""
+    """Methods that could not estimate the offset, with their figures."""
     findings: tuple[Finding, ...] = ()
-    """About addresses and levels of the recording."""
+    """Findings about addresses and levels of the recording."""
 
 
 def attach(
@@ -61,13 +62,13 @@ def attach(
     columns: TableColumns | None = None,
     zone: str | None = None,
 ) -> Attached:
-    """Tie a second recording of a walk to its session: find the clock's offset and drift, and remember them.
+    """Tie a second recording of a walk to its session: estimate and store the clock's offset and drift.
 
     ``walk`` is the session's folder, or the zip that it is read from; ``other`` the folder or zip of an app, or a table
-    (``columns`` and ``zone`` say how its times are to be read). ``by`` one of ``motion``, ``levels``, ``taps``: only
-    that may tell the offset. The tie is ``companions/NAME.json`` in the walk's folder; neither recording is touched.
-    Raises SessionError where one of both cannot be read, UsageError, with the figures, where nothing tells the offset
-    clearly, OutputError where a tie of that name is there (unless ``replace``) or cannot be written.
+    (``columns`` and ``zone`` say how its times are to be read). ``by`` selects the method for the offset: ``motion``,
+    ``levels`` or ``taps``. The tie is ``companions/NAME.json`` in the walk's folder; neither recording is changed.
+    Raises SessionError if one of them cannot be read, UsageError, with the figures, if no method gives a clear offset,
+    OutputError if a tie of that name exists (unless ``replace``) or cannot be written.
     """
     walk, other = Path(walk), Path(other)
     folder = Folder.at(walk)
@@ -75,12 +76,12 @@ def attach(
         walk = walk.with_suffix("")  # what is tied to it is kept beside
         folder = Folder.at(walk.parent).folder(walk.name)
     if by is not None and by not in WAYS:
-        raise UsageError(f"--by {by}: there are {', '.join(WAYS)}")
+        raise UsageError(f"--by {by}: unknown method; choose one of {', '.join(WAYS)}")
     if not is_usable_lever_arm(lever_arm_m):
-        raise UsageError(f"--lever-arm-m {lever_arm_m:g}: two devices of one walk are 0 to 10 m apart")
+        raise UsageError(f"--lever-arm-m {lever_arm_m:g}: expected 0 to 10 m between two devices of one walk")
     (called,) = unique_slugs([name or other.stem])
     if tie_file(walk, called).exists() and not replace:
-        raise OutputError(f"{tie_file(walk, called)}: is there already; give --replace, or another --name")
+        raise OutputError(f"{tie_file(walk, called)}: the tie already exists; use --replace, or choose another --name")
     session = _session(walk)
     recording = read_recording(other, columns, zone)
     how, clock, refused = first_clear(possible_alignments(session, recording, by))
@@ -89,7 +90,9 @@ def attach(
     rows = {table: content.height for table, content in recording.tables.items()}
     inside = _inside(session, recording, clock)
     if not any(inside.values()):
-        raise UsageError(f"{other}: by {how} ({clock.figures}) no reading of it lies within the walk: it is of another")
+        raise UsageError(
+            f"{other}: by {how} ({clock.figures}) no reading is within the walk, so it belongs to another walk"
+        )
     tie = Tie(
         recording=_path_from(walk, other),
         sha256=recording_sha256(other),
@@ -107,7 +110,7 @@ def attach(
 
 
 def _session(walk: Path) -> Session:
-    """The session in a folder, or in the zip of its name beside it."""
+    """The session in a folder, or in the zip of the same name next to it."""
     packed = zip_of(walk)
     try:
         name = format_of(walk) if walk.is_dir() else None
@@ -116,13 +119,17 @@ def _session(walk: Path) -> Session:
         elif packed is not None:
             name = format_in_zip(packed.parent, packed)
     except (DatasetError, OSError) as error:
-        raise SessionError(f"{packed}: is no whole zip ({error}): send it again") from error
+        raise SessionError(f"{packed}: the zip is incomplete ({error}): send it again") from error
     if name is None or name == UNKNOWN_FORMAT:
-        raise SessionError(f"{walk}: is no session's folder; give survey/floor_K/DEVICE/SESSION of the walk with poses")
+        raise SessionError(
+            f"{walk}: not a session folder; expected survey/floor_K/DEVICE/SESSION of the walk with poses"
+        )
     key = SessionKey(0, walk.parent.name, walk.name)
     session = read_session(SessionRef(key, walk, name, "walk", packed=packed))
     if not session.camera.usable.any():
-        raise SessionError(f"{walk}: has no poses to tie a recording to; exchange both, or see vislam2tag inspect")
+        raise SessionError(
+            f"{walk}: the session has no poses; swap the two recordings, or check the session with vislam2tag inspect"
+        )
     return session
 
 
@@ -138,7 +145,7 @@ def _inside(session: Session, recording: OtherRecording, clock: ClockAlignment) 
 
 
 def _path_from(walk: Path, other: Path) -> str:
-    """The recording's path from the walk's folder where it lies within the survey, so that both can be moved."""
+    """The recording's path relative to the walk's folder if it is within the survey, so that both can be moved."""
     walk, other = walk.resolve(), other.resolve()
     survey = walk.parents[2] if len(walk.parents) > 2 else walk
     return Path(os.path.relpath(other, walk)).as_posix() if survey in other.parents else other.as_posix()
@@ -147,12 +154,12 @@ def _path_from(walk: Path, other: Path) -> str:
 def _nothing_tells(other: Path, refused: list[str], by: str | None, findings: Sequence[Finding]) -> str:
     if refused:
         return (
-            f"{other}: what both recorded does not tell clearly how their clocks relate ({'; '.join(refused)}): carry "
-            "both on one body, walk a minute or more, turn at corners"
+            f"{other}: the clock offset between the two recordings is not clear ({'; '.join(refused)}). Carry both "
+            "devices on one body, walk for at least a minute and turn at corners"
         )
     what = "" if by is None else f" by {by}"
     return (
-        f"{other}: nothing in it can be compared{what} with the walk: needed are a gyroscope or accelerometer, access "
-        f"points that both heard, or taps on both; see the folder {FOLDER} in docs/how-to/iphone.md"
+        f"{other}: the recording has nothing to compare{what} with the walk. Both need a gyroscope or accelerometer, "
+        f"common access points, or taps; see the folder {FOLDER} in {page_of('how-to/iphone')}"
         + "".join(f". {each.kind} {each.count}: {each.message}" for each in findings)
     )

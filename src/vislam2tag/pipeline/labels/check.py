@@ -1,7 +1,7 @@
-"""The check without ground truth: a survey folder goes in; accuracies, bad landmarks and best places come out.
+"""The check without ground truth: accuracy of labels, bad landmarks, and best places for another landmark.
 
 Each session is checked against itself in a worker process: landmarks are left out in turn and predicted from the
-others; of a session without poses, known positions are. How much of the plans was walked is a part of the check.
+others; for sessions without poses, known positions are. The check includes the coverage of the plans.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ from vislam2tag.views.quality_pages import write_check_page
 
 
 def checked_by_fixes(prepared: PreparedSession, settings: ProcessSettings) -> dict[str, Any]:
-    """Return the session's numbers under their names in its record; raises SessionError where it cannot be mapped."""
+    """Return the session's numbers under their names in its record; raises SessionError if it cannot be mapped."""
     walk, camera = reckoned(prepared, settings), prepared.session.camera
     time_s = np.asarray((camera.time_ns[camera.usable] - walk.sensed.signals.start_ns) * 1e-9, dtype=np.float64)
     covariance = walk.at(time_s)[1]
@@ -82,11 +82,11 @@ def checked_by_fixes(prepared: PreparedSession, settings: ProcessSettings) -> di
 
 
 def reckoned(prepared: PreparedSession, settings: ProcessSettings) -> ReckonedWalk:
-    """Map a session without poses; raises SessionError where it cannot be."""
+    """Map a session without poses; raises SessionError if it cannot be."""
     strategy = DeadReckoning(settings.mapping.dead_reckoning, settings.mapping.heights)
     walk = strategy.reckoned(prepared.session.camera, prepared.landmarks)
     if walk is None:
-        raise SessionError(f"{prepared.session.key}: could not be mapped: it needs {strategy.needs}")
+        raise SessionError(f"{prepared.session.key}: the session could not be mapped; it needs {strategy.needs}")
     return walk
 
 
@@ -110,7 +110,7 @@ def _rounded(place: complex) -> tuple[float, float]:
 
 
 def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[LeftOutMark]:
-    """The fixes of which the others say something."""
+    """The fixes that the others can predict."""
     scatter_m2 = walk.fix_scatter_m**2
     return [
         LeftOutMark(
@@ -128,7 +128,7 @@ def _left_out(walk: ReckonedWalk, left_out: LeftOutFixes, floor: int) -> list[Le
 
 @dataclass(frozen=True)
 class CheckedSession:
-    """What the worker tells the main process; without ``gains`` and ``places`` if it could not be mapped."""
+    """Result of a worker, without ``gains`` and ``places`` if the session could not be mapped."""
 
     record: SessionCheck
     gains: GainMap = field(default_factory=GainMap)
@@ -160,7 +160,7 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
 
 
 def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, floor: IntArray) -> WalkPlaces:
-    """Where a session was about each metre, and where it was when its Wi-Fi was read; ``path`` (n, 2), ``floor`` (n,)
+    """Positions of a session about every metre, and at its Wi-Fi scans; ``path`` (n, 2), ``floor`` (n,)
     of the frames that the smoother used.
     """
     time_ns = prepared.session.camera.time_ns[odometry.frame]
@@ -172,7 +172,7 @@ def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, flo
 
 
 def solved(prepared: PreparedSession, range_m: float) -> tuple[WalkObservations, SolvedWalk | None]:
-    """A session's observations, sightings within ``range_m``, and what the smoother makes of them, if it can."""
+    """A session's observations, sightings within ``range_m``, and the smoother's result, if any."""
     session, landmarks = prepared.session, prepared.landmarks
     surveyed = landmarks.surveyed_ids
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
@@ -184,7 +184,9 @@ def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> SolvedWa
     _, smoothed = solved(prepared, range_m)
     if smoothed is None:
         needs = Smoother(range_m).needs
-        raise SessionError(f"{session.key}: could not be mapped: it needs {needs}; vislam2tag inspect says what it has")
+        raise SessionError(
+            f"{session.key}: the session could not be mapped; it needs {needs} (vislam2tag inspect shows what it has)"
+        )
     return smoothed
 
 
@@ -236,7 +238,7 @@ def _entries(covariance: FloatArray) -> tuple[float, float, float]:
 
 
 def _record(task: SessionTask, **details: Any) -> SessionCheck:
-    """Fill in who the session is."""
+    """Add the session's identity."""
     return SessionCheck(slug=task.ref.slug, **vars(task.ref.key), **details)
 
 
@@ -256,14 +258,14 @@ def check(
 ) -> SurveyCheck:
     """Check a survey against itself: leave out each landmark or fix in turn, session by session.
 
-    docs/explanation/truth.md tells more.
+    See docs/explanation/truth.md.
 
-    What was walked of the space that can be walked on the plans is found by ``walkable``. Plans and other site files
-    that links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their
-    names. With ``out`` all is written there as ``check.json`` and ``check.html``. ``landmarks``, ``selection`` and
-    ``jobs`` are as :class:`RunChoices` says. Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no
-    landmark file for it, UsageError for a selection that matches nothing, OutputError where ``out`` cannot be written;
-    a bad session is only counted in ``SurveyCheck.failed``.
+    ``walkable`` sets how the walkable space of the plans is found for the coverage. Plans and other site files that
+    links lead to outside the survey are not shown, unless ``follow_links`` is given; ``tell`` is called with their
+    names. With ``out`` everything is written there as ``check.json`` and ``check.html``. ``landmarks``, ``selection``
+    and ``jobs`` are as :class:`RunChoices` says. Raises SurveyError if ``survey_root`` is not a survey or ``landmarks``
+    not a landmark file for it. Raises UsageError for a selection that matches nothing, OutputError if ``out`` cannot be
+    written; a bad session is only counted in ``SurveyCheck.failed``.
     """
     opened, out = OpenedSurvey.at(survey_root, settings, **choices), path_or_none(out)
     survey, settings, refs = opened.survey, opened.settings, opened.refs
@@ -310,7 +312,7 @@ def check(
 
 
 def _with_rooms(floor: FloorCheck, walked: Mapping[int, FloorWalked]) -> FloorCheck:
-    """Say of each proposed place in which room it is, where the plan tells."""
+    """Add to each proposed place the name of its room, if the plan has names."""
     rooms = [_room(walked, floor.number, (place.x_m, place.y_m)) for place in floor.places]
     places = [
         place.model_copy(update={"near": ", ".join(filter(None, (room and f"in {room}", place.near)))})
@@ -320,13 +322,13 @@ def _with_rooms(floor: FloorCheck, walked: Mapping[int, FloorWalked]) -> FloorCh
 
 
 def _room(walked: Mapping[int, FloorWalked], floor: int, place_m: tuple[float, float]) -> str:
-    """What people call the room or corridor at a place; empty where it has no name."""
+    """Name of the room or corridor at a place; empty if it has none."""
     space = walked[floor].space if floor in walked else None
     return "" if space is None else space.areas.of_place(place_m)
 
 
 def _checked_before(out: Path) -> list[str]:
-    """Slugs of the sessions that the check in a folder is about; none if it contains no check that can be read."""
+    """Slugs of the sessions of the check in a folder; none if it contains no readable check."""
     try:
         before = SurveyCheck.model_validate_json(read_bytes(out / CHECK_FILE))
     except (OSError, ValidationError):
@@ -339,4 +341,4 @@ def _make_folder(out: Path) -> None:
         Folder.at(out).make()
     except OSError as error:
         reason = "a file, not a folder" if out.is_file() else error.strerror
-        raise OutputError(f"{out}: cannot be the output folder ({reason}); choose another --out") from error
+        raise OutputError(f"{out}: cannot be used as the output folder ({reason}); choose another --out") from error

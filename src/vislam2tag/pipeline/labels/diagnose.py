@@ -1,6 +1,6 @@
-"""What is wrong with a survey, and the corrections for it.
+"""Faults of a survey, and corrections for them.
 
-Each session is read in a worker process; all of them together show the faults.
+Each session is read in a worker process; faults are found from all sessions together.
 """
 
 from __future__ import annotations
@@ -56,13 +56,13 @@ from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.walkable.space import walkable_space
 
 PATH_STEP = 15
-"""Frames from one place of the way that is kept to the next."""
+"""Number of frames between kept places of the way."""
 
 
 @dataclass(frozen=True)
 class MappedShare:
-    """How well a session can be mapped: its frames, those with a sigma that is certain enough, and the sum of the
-    errors to expect of these, metres.
+    """How well a session can be mapped: its frames, those with a small enough sigma, and the sum of their expected
+    errors, metres.
     """
 
     frames: int = 0
@@ -72,7 +72,7 @@ class MappedShare:
 
 @dataclass(frozen=True)
 class DiagnosedSession:
-    """What the worker tells."""
+    """Result of a worker."""
 
     key: SessionKey
     error: str | None = None
@@ -81,13 +81,13 @@ class DiagnosedSession:
     signs: StreamSigns | None = None
     share: MappedShare = MappedShare()
     faults: tuple[Fault, ...] = ()
-    """What the session tells alone."""
+    """Evidence from the session alone."""
     heard: HeardOnWalk | None = None
     """The scans and the way in the frame of the passes."""
     fixes: int = 0
     """Known positions of a session without poses that could be compared with its others."""
     landmark_map: ReducedSession | None = None
-    """Its landmarks in its own frame; None where they cannot be joined with those of others."""
+    """Its landmarks in its own frame; None if they cannot be joined with other sessions."""
 
 
 def observe_session(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
@@ -145,7 +145,7 @@ def _landmark_map(settings: ProcessSettings, prepared: PreparedSession) -> Reduc
 
 
 def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[Fault, ...]:
-    """Tell a session that cannot be prepared, since ids of it hang on several floors, on which it passed each."""
+    """Add, to a session that could not be prepared because ids are on several floors, the floors of its passes."""
     session, _ = read_corrected(task)
     camera, log = longest_section(session.camera, session.landmarks)
     if camera.usable.sum() < FEWEST_FRAMES:
@@ -165,7 +165,7 @@ def _floors_of_landmarks(settings: ProcessSettings, task: SessionTask) -> tuple[
 
 
 def _heard(session: Session, odometry: Odometry) -> HeardOnWalk:
-    """A session's scans, repeated rows left out, with the tracker's way."""
+    """A session's scans without repeated rows, with the tracker's way."""
     rows = session.tables["wifi"].filter(
         ~pl.col("repeated") & pl.col("rssi_dbm").is_not_null() & pl.col("bssid").is_not_null()
     )
@@ -186,14 +186,15 @@ def _doubtful(key: SessionKey, fix: DoubtfulFix) -> Fault:
         kind=FaultKind.DOUBTFUL_FIX,
         floor=key.floor,
         sessions=[str(key)],
-        summary=f"the fix of {fix.name} of {key} is {fix.size_m:.1f} m off: tap it again, or leave it out",
+        summary=f"the fix of {fix.name} of {key} is {fix.size_m:.1f} m from its expected position: "
+        "tap it again, or exclude it",
         evidence=f"sensors and the other fixes put the walker {east:+.1f} m along x and {north:+.1f} m along y of it, "
         f"to {fix.sigma_m:.1f} m per axis",
     )
 
 
 MOST_MAPPED_AGAIN = 12
-"""The gain of a correction is told by so many of the sessions that it concerns, the first ones."""
+"""The gain of a correction is estimated from at most this many of the sessions that it concerns."""
 
 
 def diagnose(
@@ -203,10 +204,10 @@ def diagnose(
     progress: Progress[DiagnosedSession] = silent,
     **choices: Unpack[RunChoices],
 ) -> Diagnosis:
-    """Name what is wrong with a survey, how that is known, what its correction brings, and the lines to correct it.
+    """Find the faults of a survey, with evidence, the gain of a correction, and lines for corrections.toml.
 
     ``landmarks``, ``selection`` and ``jobs`` are as :class:`~vislam2tag.pipeline.run.selection.RunChoices` says. Raises
-    SurveyError where ``survey_root`` is no survey, UsageError for a selection that matches nothing; a session that
+    SurveyError if ``survey_root`` is not a survey, UsageError for a selection that matches nothing; a session that
     cannot be read is named in ``Diagnosis.failed``.
     """
     opened = OpenedSurvey.at(survey_root, settings, **choices)
@@ -248,7 +249,7 @@ def diagnose(
 def _references(
     survey: Survey, settings: ProcessSettings, sessions: Sequence[DiagnosedSession], faults: Sequence[Fault]
 ) -> References:
-    """How references fit one another; nothing where a whole table is wrong, which then contradicts everywhere."""
+    """How references fit one another; empty if a whole table is wrong, because it then contradicts everywhere."""
     if any(not (fault.landmarks or fault.sessions) for fault in faults):
         return References()
     maps = [session.landmark_map for session in sessions if session.landmark_map is not None]
@@ -256,7 +257,7 @@ def _references(
 
 
 def _walkable_floors(survey: Survey) -> dict[int, Inside]:
-    """What tells of each floor where can be walked, for those with a plan that tells it."""
+    """Rooms and walkable space of each floor with a usable plan."""
     found: dict[int, Inside] = {}
     for floor in survey.site.floors:
         if floor.plan is not None:
@@ -274,11 +275,11 @@ def _with_gains(
     faults: Sequence[Fault],
     shares: dict[SessionKey, MappedShare],
 ) -> list[Fault]:
-    """Map the sessions that each correction concerns again, all before it applied."""
+    """Map the sessions that each correction concerns again, with all earlier corrections applied."""
     lines, before, told = "", dict(shares), []
     folder_key = {folder: key for key, folder in session_folders(survey.root)[0]}
     for fault in faults:
-        if fault.odds is None:  # not told by how walks fit, and so nothing that mapping them again would tell
+        if fault.odds is None:  # not found from how walks fit, so mapping them again shows no gain
             told.append(fault)
             continue
         lines += f"{fault.lines}\n\n"
@@ -300,7 +301,7 @@ def _concerns(fault: Fault, ref: SessionRef) -> bool:
 def _mapped_again(
     survey: Survey, settings: ProcessSettings, ref: SessionRef, folder_key: SessionKey, after: Corrections
 ) -> MappedShare:
-    """How well a session is mapped with further corrections; its key, by its folder's, may change by them."""
+    """How well a session is mapped with further corrections, which may change its key."""
     key = true_keys([folder_key], after, survey.site)[0]
     return observe_session(settings, session_task(replace(ref, key=key), survey, after, settings)).share
 

@@ -13,11 +13,11 @@ from vislam2tag.core.transforms import Similarity2
 from vislam2tag.labeling.results import Drawing, Polyline, Stretch
 
 SPACING_M = 0.4
-"""Least distance between drawn points."""
+"""Minimum distance between drawn points."""
 MAX_POINTS = 500
-"""Most points drawn for one session and layer."""
+"""Maximum number of points drawn for one session and layer."""
 MAX_EXTENT_M = 2000.0
-"""Points farther out than this are not drawn: a tracker that has diverged."""
+"""Points beyond this distance are not drawn, because the tracker has diverged."""
 
 
 def draw(
@@ -28,9 +28,9 @@ def draw(
     trajectory: Trajectory,
     wifi: pl.DataFrame,
 ) -> dict[int, Drawing]:
-    """Reduce a mapped session to what the report draws on each floor, ``own`` among them; all in BCS metres.
+    """Reduce a mapped session to what the report draws on each floor, including ``own``; all in BCS metres.
 
-    ``wifi`` is the labelled table. The raw path is drawn on the own floor alone.
+    ``wifi`` is the labelled table. The raw path is drawn on the ``own`` floor only.
     """
     frames = np.flatnonzero(camera.usable)
     floor = trajectory.floor[frames] if len(trajectory.floor) else np.full(len(frames), own)
@@ -62,7 +62,7 @@ def draw(
 def _aligned(
     camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, trajectory: Trajectory, frames: IntArray
 ) -> FloatArray:
-    """Raw positions (f, 2) laid over the plan by one similarity; (0, 2) where none can be found."""
+    """Raw positions (f, 2) aligned with the plan by one similarity; (0, 2) if none can be found."""
     plane = camera.plane_acs[frames]
     mapped = has_position(trajectory.status[frames])
     source, target = plane[mapped], trajectory.position_bcs[frames][mapped, :2]
@@ -89,7 +89,7 @@ def _runs(status: StatusArray, floor: IntArray) -> list[tuple[int, int, int]]:
 
 
 def _stretch(status: Status, points: FloatArray, spacing_m: float, sigma_m: FloatArray | None = None) -> Stretch:
-    """Thin a run of frames; ``sigma_m`` (n,) is left out where any of it is not known."""
+    """Thin a run of frames; ``sigma_m`` (n,) is omitted if any of it is unknown."""
     kept = _kept(points, spacing_m)
     sigma = [] if sigma_m is None or np.isnan(sigma_m).any() else np.round(sigma_m[kept], 3).tolist()
     return Stretch(status=STATUS_LABELS[status], points=_rounded(points[kept]), sigma_m=sigma)
@@ -101,7 +101,7 @@ def _polyline(points: FloatArray, spacing_m: float) -> Polyline:
 
 
 def _kept(points: FloatArray, spacing_m: float) -> IntArray:
-    """Keep about one point (n, 2) each ``spacing_m`` of the way, and both ends; return their places."""
+    """Keep about one point (n, 2) per ``spacing_m`` of the way, and both ends; return their indices."""
     near: IntArray = np.flatnonzero((np.abs(points) < MAX_EXTENT_M).all(axis=1))
     if len(near) == 0:
         return near

@@ -1,4 +1,4 @@
-"""Evaluation of a survey: every session, every strategy, every kind of truth; tables and a page come out."""
+"""Evaluation of a survey: every session, strategy and kind of truth, with tables and a page."""
 
 from __future__ import annotations
 
@@ -55,22 +55,25 @@ def evaluate(
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
     **choices: Unpack[RunChoices],
 ) -> SurveyEvaluation:
-    """Evaluate strategies (none named: all) on a survey against all truth that it has (docs/how-to/evaluate.md).
+    """Evaluate strategies (none named: all) on a survey against all its ground truth (docs/how-to/evaluate.md).
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
     folders. With ``clock_drift`` a total station's clock may run at another rate than the phone's. ``landmarks``,
-    ``selection`` and ``jobs`` are as :class:`~vislam2tag.pipeline.run.selection.RunChoices` says. ``progress`` hears of
-    a total station's sessions twice. ``tell`` is called with the sessions whose results went because the survey no
-    longer contains them. Raises SurveyError where ``survey_root`` is no survey or has no truth at all, UsageError for
-    an unknown strategy or a selection that matches nothing, OutputError where ``out`` cannot be written or is not ours;
-    a bad session is only counted in ``SurveyEvaluation.failed``.
+    ``selection`` and ``jobs`` are as :class:`~vislam2tag.pipeline.run.selection.RunChoices` says. ``progress`` is
+    called twice for a total station's sessions. ``tell`` is called with the sessions whose results were removed because
+    the survey no longer contains them. A bad session is only counted in ``SurveyEvaluation.failed``.
+
+    Raises SurveyError if ``survey_root`` is not a survey or has no truth at all, UsageError for an unknown strategy
+    or a selection that matches nothing, OutputError if ``out`` cannot be written or is not ours.
     """
     out, truth, settings = Path(out), path_or_none(truth), settings or ProcessSettings()
     names = tuple(dict.fromkeys(strategies)) or strategies_for_poses()
     for name in names:
         strategy_named(name, settings.mapping)
     if truth is not None and not truth.is_dir():
-        raise UsageError(f"--truth {truth}: is no folder; it holds a file for each session, such as SLUG.tum")
+        raise UsageError(
+            f"--truth {truth}: not a folder; expected a folder with a file for each session, such as SLUG.tum"
+        )
     opened = OpenedSurvey.at(survey_root, settings, **choices)
     survey, refs, output = opened.survey, opened.refs, OutputFolder(out)
     tasks = opened.tasks(refs)
@@ -84,7 +87,7 @@ def evaluate(
     }
     own = OwnFiles.of((*_OF_RUN, PAGE_FILE), (TRAJECTORIES,), (ref.slug for ref in refs))
     with claim(out, run, PROGRAM, own) as folder:
-        folder.discard(*_OF_RUN, folders=(TRAJECTORIES,))  # so that nothing of an earlier run is taken for this one's
+        folder.discard(*_OF_RUN, folders=(TRAJECTORIES,))  # so that no results of an earlier run remain
         gone = sorted({*folder.own().stems} - {*own.stems})
         folder.change_own(lambda before: without_sessions(before, set(gone)))
         tell(removed_findings(gone))
@@ -118,12 +121,12 @@ def _evaluated(
 
 
 def _refuse_without_truth(root: Path, todo: Sequence[EvaluationJob]) -> None:
-    """Raise SurveyError where no session can have a truth: before the work rather than after it."""
+    """Raise SurveyError before the work if no session can have a truth."""
     if not any(_may_have_truth(job) for job in todo):
         raise SurveyError(
-            f"{root}: there is no truth to compare labels with: neither control points (floor_K/refmarker.csv, and "
-            "refMarker.csv in the sessions) nor a total station's track (tachy.csv) nor a truth file (truth.csv, .tum, "
-            ".euroc or .kitti in a session, or with --truth); vislam2tag check needs none"
+            f"{root}: there is no ground truth to compare labels with. Add control points (floor_K/refmarker.csv, and "
+            "refMarker.csv in the sessions), a total station's track (tachy.csv) or a truth file (truth.csv, .tum, "
+            ".euroc or .kitti in a session, or with --truth). vislam2tag check needs none"
         )
 
 
@@ -157,7 +160,7 @@ def _mean(values: Sequence[float | None]) -> float | None:
 
 
 def _write(folder: OutputFolder, evaluation: SurveyEvaluation, title: str) -> None:
-    """Write the tables, the page, and last the record, which is the mark that all is there."""
+    """Write the tables, the page, and last the record, which marks the output as complete."""
     folder.put_text(ERRORS_FILE, rows_csv(evaluation.rows))
     folder.put_text(LATEX_FILE, latex_text(evaluation.rows))
     folder.put_text(SESSIONS_FILE, sessions_csv(evaluation.sessions))

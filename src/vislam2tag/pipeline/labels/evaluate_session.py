@@ -1,4 +1,4 @@
-"""Sessions mapped by every strategy and compared with what truth there is; runs in a worker process.
+"""Maps sessions by every strategy and compares them with ground truth; runs in a worker process.
 
 A total station's clock is estimated over all sessions of a device on a floor, so these are mapped together.
 """
@@ -63,13 +63,13 @@ from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.site.model import SessionRef
 
 IDENTIFIED, WITHOUT_LEAD, NEAREST = "identified", "identified, lead removed", "nearest"
-"""The methods to tell at which control point a press was made."""
+"""The methods to identify the control point of a press."""
 REFERENCE = "smoother"
-"""The strategy whose labels tell where presses were made, for all strategies alike."""
+"""The labels of this strategy identify the control points of presses for all strategies."""
 TRAJECTORIES = "trajectories"
 """Folder of the trajectories in the output."""
 TRUTH = "truth"
-"""Stem of a truth file in a session's folder, and what the truth is called among the strategies' trajectories."""
+"""Stem of a truth file in a session's folder, and name of the truth among the strategies' trajectories."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class EvaluationJob:
 
     @property
     def ref(self) -> SessionRef:
-        """Where the session lies."""
+        """The session's folder."""
         return self.task.ref
 
     @property
@@ -96,7 +96,7 @@ class EvaluationJob:
         return WITHOUT_TRACKER in self.strategies
 
     def max_sigma_m(self, session: Session) -> float:
-        """Greatest sigma of a session's labels that are compared, metres."""
+        """Maximum sigma of labels that are compared, metres."""
         return self.settings.labels.for_session(without_poses=session.camera.without_poses).max_sigma_m
 
     @property
@@ -107,7 +107,7 @@ class EvaluationJob:
 
 @dataclass
 class TruthComparisons:
-    """What is found of the truths, one after the other."""
+    """Results for each truth."""
 
     measured: list[StrategyErrors] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
@@ -119,7 +119,7 @@ class TruthComparisons:
 def evaluate_session(job: EvaluationJob) -> SessionEvaluation:
     """Map and compare one session; one that cannot be read or mapped becomes a record with an error.
 
-    Its trajectories are written. Raises OutputError where they cannot be.
+    Its trajectories are written. Raises OutputError if they cannot be written.
     """
     return done_or_failed(job.ref.key, lambda: _evaluate(job), lambda error: _record(job.ref, error=error))
 
@@ -175,7 +175,7 @@ def _at_dense_truth(
 
 
 def _dense_truth(job: EvaluationJob, session: Session, found: TruthComparisons) -> Truth | None:
-    """Read the truth; one that cannot be read, or lies outside the walk, is said to be missing."""
+    """Read the truth; one that is unreadable or outside the walk is recorded as missing."""
     try:
         truth = find_truth(*job.truth_place)
     except SessionError as error:
@@ -187,7 +187,7 @@ def _dense_truth(job: EvaluationJob, session: Session, found: TruthComparisons) 
     time_ns = session.camera.time_ns[session.camera.usable]
     gap_s = max(truth.time_ns[0] - time_ns[-1], time_ns[0] - truth.time_ns[-1]) * 1e-9
     if gap_s > 0:
-        found.missing.append(f"the truth and the camera are {gap_s:.0f} s apart: are they on one clock?")
+        found.missing.append(f"the truth and the camera are {gap_s:.0f} s apart; check that both use the same clock")
         return None
     return truth
 
@@ -222,10 +222,10 @@ def _at_control_points(
 
 
 def _mapping_error(job: EvaluationJob, labelled: dict[str, BoolArray]) -> str | None:
-    """Say that no strategy labels anything, by the mask (n,) of each; None where one does."""
+    """Error text if no strategy labels anything, by the mask (n,) of each; None if one does."""
     if any(mask.any() for mask in labelled.values()):
         return None
-    return f"{job.ref.key}: could not be mapped by any of the strategies; vislam2tag inspect says what it has"
+    return f"{job.ref.key}: the session could not be mapped by any strategy (vislam2tag inspect shows what it has)"
 
 
 def _write(job: EvaluationJob, name: str, text: str) -> None:
@@ -233,20 +233,20 @@ def _write(job: EvaluationJob, name: str, text: str) -> None:
 
 
 def rounded(value: float) -> float | None:
-    """Round for the record; None where the value is not known."""
+    """Round for the record; None if the value is not known."""
     return round(value, 4) if value == value else None
 
 
 def _record(ref: SessionRef, **details: Any) -> SessionEvaluation:
-    """Fill in who the session is."""
+    """Add the session's identity."""
     return SessionEvaluation(slug=ref.slug, **vars(ref.key), **details)
 
 
 AT_PRISM, AT_CAMERA = "prism", "prism offset removed"
-"""What labels are compared with: where the prism was, or where the camera was by the prism's offset from it."""
+"""Positions for comparison: of the prism, or of the camera according to the prism's offset."""
 METHODS = (AT_PRISM, AT_CAMERA)
 StationOutcome: TypeAlias = dict[str, TruthComparisons]
-"""What a device's sessions show, by slug; no session that could not be read or mapped."""
+"""Results of a device's sessions by slug, without sessions that could not be read or mapped."""
 FEWEST_COMMON = 2
 """With fewer shots of fixed points than this, presses in the station's view help to find its frame."""
 
@@ -262,7 +262,7 @@ class _Walk:
 
 
 def station_jobs(jobs: Sequence[EvaluationJob]) -> list[tuple[EvaluationJob, ...]]:
-    """Put those sessions together that a station tracked with one device on one floor."""
+    """Group the sessions that a station tracked with one device on one floor."""
     devices: dict[tuple[int, str], list[EvaluationJob]] = defaultdict(list)
     for job in jobs:
         if _track_file(job).is_file():
@@ -271,13 +271,13 @@ def station_jobs(jobs: Sequence[EvaluationJob]) -> list[tuple[EvaluationJob, ...
 
 
 def with_station(record: SessionEvaluation, found: TruthComparisons) -> SessionEvaluation:
-    """Add to a session's record what the station shows."""
+    """Add the results of the station to a session's record."""
     lists = {name: [*getattr(record, name), *getattr(found, name)] for name in ("missing", "findings", "measured")}
     return record.model_copy(update=lists | {"estimates": record.estimates | found.estimates})
 
 
 def evaluate_station(jobs: tuple[EvaluationJob, ...]) -> StationOutcome:
-    """Map a device's sessions and compare them with the station's tracks; what cannot be used is said to be missing."""
+    """Map a device's sessions and compare them with the station's tracks; unusable tracks are recorded as missing."""
     try:
         return _compared_walks(jobs)
     except Exception as error:  # one bad device must not end the batch; its records name the fault
@@ -318,7 +318,7 @@ def _track_file(job: EvaluationJob) -> Path:
 
 
 def _walk(job: EvaluationJob, found: TruthComparisons) -> _Walk | None:
-    """Read and map a session; None where that cannot be, which the session's own record tells."""
+    """Read and map a session; None if that fails, which the session's own record reports."""
     try:
         prepared = mappable_session(job.task, inertial=job.inertial)
         prepared.refuse_without_frames()
@@ -334,7 +334,7 @@ def _walk(job: EvaluationJob, found: TruthComparisons) -> _Walk | None:
 
 
 def _frame(walks: Sequence[_Walk]) -> StationFrame:
-    """Find the station's frame by its shots of fixed points, else also by presses in its view."""
+    """Estimate the station's frame from its shots of fixed points and, if they are too few, from presses in view."""
     job = walks[0].job
     floor = job.task.floor
     common = shot_points(job.ref.folder.parents[1], floor.number, job.task.site.landmarks, floor.control_points)
@@ -344,7 +344,7 @@ def _frame(walks: Sequence[_Walk]) -> StationFrame:
 
 
 def _pressed(walk: _Walk) -> CommonPoints | None:
-    """Control points that the session pressed at; None where it did at none, or they cannot be used."""
+    """Control points of the session's presses; None if there are none or they cannot be used."""
     folder, floor = walk.job.ref.folder, walk.job.task.floor
     try:
         route = read_route(folder.parents[2], folder, floor.control_points.ids)
@@ -355,7 +355,7 @@ def _pressed(walk: _Walk) -> CommonPoints | None:
 
 
 def _pose_lag(walks: Sequence[_Walk]) -> float | None:
-    """Median over the device's walks of how late its poses are stamped, seconds; None where none can tell."""
+    """Median over the device's walks of the delay of pose stamps, seconds; None if unknown."""
     lags = [lag_s for walk in walks if (lag_s := walk.session.camera.pose_lag_s) is not None]
     return rounded(median(lags)) if lags else None
 

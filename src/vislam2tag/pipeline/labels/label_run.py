@@ -1,4 +1,4 @@
-"""A run of ``process``: the output folder that it claims, the sessions that it is for, and what it sums up of them."""
+"""A run of ``process``: its output folder, its sessions, and their summary."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ class LabelRun:
     folder: OutputFolder
     tasks: list[SessionTask]
     others: Sequence[SessionTask] = ()
-    """Sessions of the survey that the selection leaves out; their results in the output stay."""
+    """Sessions of the survey outside the selection; their results in the output stay."""
     removed: Sequence[Finding] = ()
-    """What the run removed from the output, because the survey has no such session any more."""
+    """Results that the run removed because the survey no longer has the session."""
     conflicts: str = ""
-    """The page beside the report that shows how references fit one another; empty where there is none."""
+    """The page of conflicting references next to the report; empty if there is none."""
     follow_links: bool = False
-    """Whether pages show what comes from outside the survey."""
+    """Whether pages show files from outside the survey."""
 
     @property
     def shown(self) -> Survey:
@@ -80,20 +80,20 @@ class LabelRun:
         )
 
     def with_conflicts(self, found: References, odd: Sequence[Finding]) -> LabelRun:
-        """Write how references fit one another, and tell of those that are odd."""
+        """Write the agreement of references, and add findings about outliers."""
         self.folder.write(CONFLICTS_PAGE, lambda path: write_conflict_page(path, self.shown, found))
         self.folder.put_text(CONFLICTS_FILE, found.model_dump_json(indent=1) + "\n")
         return dataclasses.replace(self.with_findings(odd), conflicts=CONFLICTS_PAGE)
 
     @property
     def is_reduced(self) -> bool:
-        """Whether summary and report of an earlier run are there."""
+        """Whether summary and report of an earlier run exist."""
         return self.folder.has(SUMMARY_FILE) and self.folder.has(REPORT_FILE)
 
     def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
         """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one.
 
-        Results of sessions that the selection leaves out count, too: summary and report are about the whole output.
+        Results of sessions outside the selection are included, because summary and report cover the whole output.
         """
         refs = [task.ref for task in self.tasks]
         if self.others:
@@ -103,7 +103,7 @@ class LabelRun:
 
 
 def opened_run(opened: OpenedSurvey, folder: OutputFolder, *, follow_links: bool = False) -> LabelRun:
-    """The run that processes a survey at hand into an output that is not claimed here; raises as :func:`process`."""
+    """The run that processes an open survey into an unclaimed output; raises as :func:`process`."""
     tasks, others = opened.tasks(opened.refs), opened.tasks(opened.others)
     survey = _with_exclusions(opened.survey, opened.corrections)
     return LabelRun(survey, opened.settings, folder, tasks, others, follow_links=follow_links)
@@ -115,10 +115,10 @@ def label_run(
 ) -> Iterator[LabelRun]:
     """Claim ``out`` for labels of a survey.
 
-    Results of sessions that the survey no longer contains go, if the run has no selection. Results of sessions that a
-    selection leaves out stay. Summary and report of an earlier run go, unless ``keep_summary`` says that nothing they
-    follow from has changed since; even then they go if the record of that run is another (:attr:`LabelRun.is_reduced`).
-    Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if results that would stay are of
+    Results of sessions that the survey no longer contains are removed, if the run has no selection. Results of sessions
+    outside a selection stay. Summary and report of an earlier run are removed, unless ``keep_summary`` says that their
+    inputs have not changed and the record of that run is the same (:attr:`LabelRun.is_reduced`).
+    Raises UsageError, OutputError and StoreError as :func:`process`, and OutputError if results that would stay have
     other settings.
     """
     survey, settings, selection = opened.survey, opened.settings, opened.selection
@@ -138,14 +138,14 @@ def label_run(
 
 
 def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
-    """Say in the survey's findings which sessions corrections leave out."""
+    """Add a finding for each session that corrections exclude."""
     excluded = [
         Finding(
             kind="excluded_session",
             file=CORRECTIONS_FILE,
             count=1,
             severity=Severity.INFO,
-            message=f"{ref.key} is left out{entry.because()}",
+            message=f"{ref.key} is excluded{entry.because()}",
         )
         for ref in survey.sessions
         for entry in corrections.for_session(ref.key).exclude_session[:1]
@@ -154,7 +154,7 @@ def _with_exclusions(survey: Survey, corrections: Corrections) -> Survey:
 
 
 def run_record(root: Path, landmarks: Path | None, settings: ProcessSettings) -> dict[str, object]:
-    """What a run follows from besides the sessions' files: the site's files by hash, settings, versions."""
+    """Inputs of a run besides the sessions' files: hashes of the site's files, settings, versions."""
     return {
         "site_files": site_hashes(root),
         "landmark_file": None if landmarks is None else {"name": landmarks.name, "sha256": _sha256(landmarks)},
@@ -174,7 +174,7 @@ def site_hashes(root: Path) -> dict[str, str | None]:
 
 
 def site_record(survey: Survey) -> dict[str, object]:
-    """What the survey is called, and its floors, for those who read the labels without it."""
+    """Name and floors of the survey, for reading the labels without it."""
     record: dict[str, object] = {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
     if is_described_from_outside(survey.root):
         record["site_from_outside"] = True
@@ -189,7 +189,7 @@ def floor_records(site: Site) -> list[dict[str, object]]:
 
 
 def _sha256(path: Path) -> str | None:
-    """Hash a file; None where it cannot be read (which the site's findings tell)."""
+    """Hash a file; None if it cannot be read (which the site's findings report)."""
     try:
         return hashlib.sha256(read_bytes(path)).hexdigest()
     except OSError:
@@ -238,7 +238,7 @@ def kept_faults(
     rooms: RoomsOnPlans | None = None,
     failed: int = 0,
 ) -> tuple[list[Fault], Judgement]:
-    """What is wrong with the survey by what is kept of the walks' passes (by slug), and whether these could show it."""
+    """Faults of the survey according to the kept observations of walks (by slug), and whether these could show any."""
     walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
     of_ids, walks = id_faults(survey.site.landmarks, walks)
     evidence = survey_evidence(survey, walks, rooms)
@@ -247,10 +247,10 @@ def kept_faults(
 
 
 def _fault_finding(fault: Fault) -> Finding:
-    if fault.kind is FaultKind.OTHER_IDS:  # there are no lines for corrections.toml
+    if fault.kind is FaultKind.OTHER_IDS:  # corrections.toml cannot correct this
         message = f"{fault.summary}: {fault.evidence}"
         return Finding(kind="other_ids", file="", count=len(fault.landmarks), message=message, severity=Severity.ERROR)
-    what = f"vislam2tag diagnose gives the lines for {CORRECTIONS_FILE} that correct it"
+    what = f"vislam2tag diagnose prints the lines for {CORRECTIONS_FILE} that correct it"
     message = f"{fault.summary}: {fault.evidence}; {what}"
     return Finding(kind="survey_fault", file=CORRECTIONS_FILE, count=1, message=message)
 
@@ -262,8 +262,8 @@ def removed_findings(slugs: Iterable[str]) -> list[Finding]:
             kind="removed_labels",
             file=f"{RESULTS}/{slug}.json",
             count=1,
-            message=f"the results of {slug} were removed from the output: the survey no longer contains this session, "
-            "or corrections exclude it",
+            message=f"the results of {slug} were removed from the output, because the survey no longer contains this "
+            "session or corrections exclude it",
         )
         for slug in slugs
     ]
@@ -272,9 +272,9 @@ def removed_findings(slugs: Iterable[str]) -> list[Finding]:
 def outdated_findings(
     folder: OutputFolder, left_out: Sequence[SessionTask], settings: ProcessSettings
 ) -> list[Finding]:
-    """Name the sessions that a selection leaves out and whose results a run without it would make again.
+    """Name the sessions outside a selection with outdated results.
 
-    The sessions' own files are not read for that. Of those in a store or a zip only a change of the source is found.
+    The sessions' own files are not read. For those in a store or a zip, only changes of the source code are found.
     """
     if not left_out:
         return []
@@ -289,8 +289,8 @@ def _outdated(jobs: dict[str, SessionJob], results: Iterable[SessionResult]) -> 
                 kind="outdated_labels",
                 file=f"{RESULTS}/{result.slug}.json",
                 count=1,
-                message=f"the labels of {result.slug} are out of date and this run leaves them as they are; run "
-                "without --floor and --device to make them again",
+                message=f"the labels of {result.slug} are outdated, and this run does not update them; run without "
+                "--floor and --device to update them",
             )
 
 

@@ -43,17 +43,17 @@ from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.model import SessionKey
 
-_NAMES = {"GYRO": "the turns that both felt", "ACC": "the acceleration that both felt"}
+_NAMES = {"GYRO": "common turn rates", "ACC": "common accelerations"}
 Aligner = Callable[[LabelledSession], ClockAlignment]
 
 
 def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) -> dict[str, Aligner]:
-    """What can align a table with a walk, by what it does it, the most exact first; ``wanted``: only by that.
+    """Methods to align a table with a walk by name, the most exact first; ``wanted``: only this one.
 
-    Raises UsageError where a table has no columns for what is wanted, or that is not known.
+    Raises UsageError if the wanted method is unknown or the table has no columns for it.
     """
     if wanted not in (None, MOTION, LEVELS):
-        raise UsageError(f"--by {wanted}: there are {MOTION}, {LEVELS}")
+        raise UsageError(f"--by {wanted}: unknown method; choose one of {MOTION}, {LEVELS}")
     found: dict[str, Aligner] = {}
     for sensor in MOTION_COLUMNS if wanted != LEVELS else ():
         axes = three_axes(rows.columns, sensor)
@@ -62,14 +62,14 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             found[_NAMES[sensor]] = partial(_by_motion, times.time_ns[times.usable], norm[times.usable], sensor)
     heard = _heard(rows, times) if wanted != MOTION else {}
     if heard:
-        found["access points that both heard"] = partial(_by_levels, heard)
+        found["common access points"] = partial(_by_levels, heard)
     if wanted is not None and not found:
         needed = (
             "columns such as gyro_x, gyro_y, gyro_z or acc_x, acc_y, acc_z"
             if wanted == MOTION
             else ("a column bssid and one of levels, such as rssi")
         )
-        raise UsageError(f"--by {wanted}: the table lacks {needed}; there are: {', '.join(rows.columns)}")
+        raise UsageError(f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}")
     return found
 
 
@@ -80,7 +80,7 @@ def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: Lab
 
 
 def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
-    """Times and levels of each access point in a table; empty where it has no such columns."""
+    """Times and levels of each access point in a table; empty if it has no such columns."""
     wifi = _levels_of(rows)
     if wifi is None:
         return {}
@@ -88,7 +88,7 @@ def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
 
 
 def _levels_of(rows: pl.DataFrame) -> pl.DataFrame | None:
-    """Access points and levels of a table; None where it has no such columns."""
+    """Access points and levels of a table; None if it has no such columns."""
     columns = level_columns(rows.columns)
     if columns is None:
         return None
@@ -96,13 +96,13 @@ def _levels_of(rows: pl.DataFrame) -> pl.DataFrame | None:
 
 
 def level_notes(rows: pl.DataFrame) -> list[str]:
-    """What is odd about a table's addresses and levels, a sentence each; its rows keep them."""
+    """Findings about a table's addresses and levels, one sentence each; the rows keep them."""
     wifi = _levels_of(rows)
     if wifi is None:
         return []
     lines = pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row")
     named, masked = with_addresses(wifi.select(lines, pl.all()), "bssid", "")
-    done = "these readings align no clock"
+    done = "these readings are not used to align clocks"
     odd = [*masked, *level_findings(named, "", done)]
     return [f"{each.kind} {each.count} (lines {', '.join(map(str, each.lines))}): {each.message}" for each in odd]
 
@@ -113,17 +113,17 @@ def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
 _YEARS_NS = 10**18
-"""30 years: what is further ahead of a phone's boot is no clock that counts from a boot."""
+"""30 years: times further after a phone's boot do not count from its boot."""
 
 
 @dataclass(frozen=True)
 class TableLabels:
-    """A table with its positions, and how they came about."""
+    """A table with its positions, and how they were assigned."""
 
     table: pl.DataFrame
-    """The rows and columns as they were, then :data:`ADDED`; metres in the BCS of the floor."""
+    """The original rows and columns, then :data:`ADDED`; metres in the BCS of the floor."""
     notes: tuple[str, ...]
-    """What was taken for what, a sentence each."""
+    """Assumptions about columns and clocks, one sentence each."""
     counts: Mapping[str, int]
     """Rows by status."""
 
@@ -142,7 +142,7 @@ class _Walk:
 
 
 class TableTimesRead(TypedDict, total=False):
-    """How the times of a table are to be read: their column, clock (``boot``, ``unix``) and unit.
+    """How to read the times of a table: column, clock (``boot``, ``unix``) and unit.
 
     ``zone`` is that of ISO 8601 times without one.
     """
@@ -163,24 +163,25 @@ def label(
     survey: AnyPath | None = None,
     **read: Unpack[TableTimesRead],
 ) -> TableLabels:
-    """Give each row of a time-stamped table the position of the walk that it was taken on.
+    """Add to each row of a time-stamped table its position on the walk.
 
     ``table`` is CSV, Parquet or a data frame; ``labels`` an output folder of ``process``. Column, clock and unit of its
-    times are found unless given (:class:`TableTimesRead`). The table's clock is ahead of the phone's boot clock by
-    ``offset_s``, or, of Unix times, as the phone app's ``session.json`` in the raw ``survey`` says. Otherwise, of Unix
-    times and where no row lies in a walk, it is aligned by the turn rate or the acceleration that both felt (columns
-    such as ``gyro_x``, ``acc_x``), or by access points that both heard (``bssid`` and a level); ``align`` (``motion``,
-    ``levels``) has it so whatever the times are. ``session``, a part of its slug, chooses walks where phones walked at
-    the same time. Raises UsageError, with the figure, where anything of that is not clear, DatasetError where the
-    folder holds no labels.
+    times are found unless given (:class:`TableTimesRead`). The offset of the table's clock from the phone's boot
+    clock is ``offset_s`` or, for Unix times, comes from the phone app's ``session.json`` in the raw ``survey``.
+    Otherwise, for Unix times or if no row is within a walk, the clocks are aligned by common turn rates or
+    accelerations (columns such as ``gyro_x``, ``acc_x``), or by common access points. ``align`` (``motion``,
+    ``levels``) requires one of these. ``session``, a part of its slug, chooses a walk if several phones
+    walked at the same time.
+
+    Raises UsageError, with figures, if the result is not clear, DatasetError if the folder does not contain labels.
     """
     rows = table if isinstance(table, pl.DataFrame) else read_table(Path(table))
     if taken := [name for name in ADDED if name in rows.columns]:
-        raise UsageError(f"the table has a column {' and '.join(taken)} already; rename it")
+        raise UsageError(f"the table already has a column {' and '.join(taken)}; rename it")
     walks = _walks(Path(labels), session)
     spans_ns = np.array([(walk.start_ns, walk.end_ns) for walk in walks], dtype=np.int64)
     if offset_s is not None and not abs(offset_s) * 1e9 < MOST_NS:
-        raise UsageError(f"--offset-s {offset_s:g}: no clock is so far ahead of another; give seconds")
+        raise UsageError(f"--offset-s {offset_s:g}: the offset is too large; give it in seconds")
     ahead_ns = 0 if offset_s is None else round(offset_s * 1e9)
     spans_ns += 0 if ahead_ns > _YEARS_NS else ahead_ns
     times = _times(rows, spans_ns, align is not None, **read)
@@ -217,15 +218,15 @@ def _walks(folder: Path, wanted: str | None) -> list[_Walk]:
             if len(frames_ns):
                 found.append(_Walk(session, trajectory, int(frames_ns.min()), int(frames_ns.max())))
     if not found:
-        chosen = "" if wanted is None else f" whose name holds '{wanted}'"
-        raise UsageError(f"{folder}: holds no walk{chosen} with a trajectory")
+        chosen = "" if wanted is None else f" with '{wanted}' in its name"
+        raise UsageError(f"{folder}: the folder has no walk{chosen} with a trajectory")
     return found
 
 
 def _with_clocks(
     walks: list[_Walk], times: TableTimes, rows: pl.DataFrame, align: str | None, survey: Path | None
 ) -> tuple[list[_Walk], list[str]]:
-    """Say how the table's clock runs against each walk's; walks of which that is not known are left out."""
+    """Relate the table's clock to each walk's; walks with an unknown relation are skipped."""
     if align is None and times.clock is Clock.BOOT and any(_inside(walk, times).any() for walk in walks):
         return walks, []
     notes: list[str] = []
@@ -243,7 +244,7 @@ def _with_clocks(
             refused.append(f"{walk.session.slug}: {name}: {tried.figures}")
         if clock is not None and clock.offset_ns is not None:
             found.append(replace(walk, clock=clock))
-            notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, by {how}")
+            notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
         raise UsageError(_nothing_tells(times, refused))
     return found, notes
@@ -253,17 +254,17 @@ def _words(clock: ClockAlignment) -> str:
     offset = f"{(clock.offset_ns or 0) / 1e9:.3f} s"
     if not clock.figures:
         return offset
-    rate = f", gains {1e6 * clock.rate:.0f} us each second," if clock.rate else ""
+    rate = f", gaining {1e6 * clock.rate:.0f} us per second," if clock.rate else ""
     return f"{offset} (+- {clock.sigma_s:.3f} s; {clock.figures}){rate}"
 
 
 def _nothing_tells(times: TableTimes, refused: list[str]) -> str:
-    what = "Unix times" if times.clock is Clock.UNIX else "of no walk's time"
+    what = "Unix times" if times.clock is Clock.UNIX else "not within any walk"
     why = f" ({'; '.join(refused)})" if refused else ""
     return (
-        f"the table's times are {what}, the walks' are since the phone's boot, and nothing tells how they relate{why}: "
-        "give --survey where the phone app recorded it, a gyroscope's or accelerometer's columns (gyro_x, gyro_y, "
-        "gyro_z), a column bssid with levels, or --offset-s, the seconds from one to the other"
+        f"the table's times are {what}, those of walks count from the phone's boot, and their offset is unknown{why}. "
+        "Use --survey if the phone app recorded it, add columns of a gyroscope or accelerometer (gyro_x, gyro_y, "
+        "gyro_z) or a column bssid with levels to the table, or give the offset in seconds with --offset-s"
     )
 
 
@@ -299,8 +300,8 @@ def _labelled(
         if (both := inside & (owner >= 0)).any():
             other = walks[int(owner[both][0])].session.slug
             raise UsageError(
-                f"{int(both.sum())} rows were taken while {other} and {walk.session.slug} walked; say which phone "
-                "the table is of by --session"
+                f"{int(both.sum())} rows are within both {other} and {walk.session.slug}; choose the walk of the "
+                "table with --session"
             )
         owner[inside] = index
     position, sigma = np.full((count, 3), np.nan), np.full(count, np.nan)

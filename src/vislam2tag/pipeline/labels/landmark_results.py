@@ -1,4 +1,4 @@
-"""What a joint survey of the landmarks found, as rows for each landmark and session, and as files."""
+"""Results of a joint survey of landmarks, as rows by landmark and session, and as files."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.site.landmark_file import MOST_LANDMARKS, SharedErrors, errors_file
 
 SAME_PLACE_M = 0.5
-"""A new id that was read once, and so near another landmark, may be that one's, misread."""
+"""A new id that was read only once within this distance of another landmark may be a misreading of it."""
 
 
 class LandmarkRow(Record):
-    """One landmark in the BCS; None where something is not known. ``z_m`` is above the floor."""
+    """One landmark in the BCS; None for unknown values. ``z_m`` is above the floor."""
 
     floor: int
     landmark: str
@@ -42,27 +42,27 @@ class LandmarkRow(Record):
     heading_rad: float | None = None
     heading_sigma_rad: float | None = None
     sessions: int
-    """Sessions tied to the survey that passed it."""
+    """Number of sessions, related to the survey, that observed it."""
     passes: int
     discrepancy_m: float | None = None
-    """How far all others put a surveyed landmark from its surveyed place; None where they cannot say."""
+    """Distance of a surveyed landmark from its position according to all others; None if they do not determine it."""
     discrepancy_sigma_m: float | None = None
-    """How far they should be expected to, one standard deviation per axis."""
+    """Standard deviation of that distance, per axis."""
     note: str = ""
-    """Why it has no position, or what is odd about it."""
+    """Why it has no position, or a remark."""
 
 
 class SessionRow(Record):
-    """What one session contributed."""
+    """Contribution of one session."""
 
     floor: int
     device: str
     session: str
     landmarks: int
-    """How many landmarks it passed."""
+    """Number of landmarks observed."""
     used: bool
     note: str = ""
-    """Why it was not used, or what of it."""
+    """Why the session, or a part of it, was not used."""
 
 
 class LandmarkSurvey(Record):
@@ -70,13 +70,13 @@ class LandmarkSurvey(Record):
 
     version: str
     shift_m: float
-    """How far walks see landmarks off their places, per axis, beyond what each walk's map admits."""
+    """Standard deviation, per axis, of errors of landmarks in walks beyond the uncertainty of each walk's map."""
     landmarks: tuple[LandmarkRow, ...]
     sessions: tuple[SessionRow, ...]
     findings: tuple[Finding, ...]
-    """About the site's own files."""
+    """Findings about the site's own files."""
     references: References = References()
-    """Every surveyed place, and what every session saw of it, against all others."""
+    """Each surveyed position and each session's observation, compared with all others."""
 
 
 def landmark_survey(joint: JointSurvey) -> LandmarkSurvey:
@@ -97,8 +97,8 @@ def _not_converged(joint: JointSurvey) -> list[Finding]:
     if joint.joined.converged:
         return []
     message = (
-        "the joint map did not settle: walks and survey contradict each other so much that several ways to weigh them "
-        "fit alike; measure again the landmarks whose discrepancy is greatest"
+        "the joint map did not converge, because walks and survey contradict each other; measure the landmarks with "
+        "the largest discrepancies again"
     )
     return [Finding(kind="not_converged", file="", count=1, message=message)]
 
@@ -106,16 +106,16 @@ def _not_converged(joint: JointSurvey) -> list[Finding]:
 def _session(session: ReducedSession, *, used: bool) -> SessionRow:
     note = session.error or ""
     if not note and session.local is None:
-        note = "passed no landmark"
+        note = "no landmark observed"
     elif not note and not used:
         note = (
-            "nothing ties it to the survey: it shares fewer than two landmarks with it and with walks that are tied, "
-            "or contradicts them"
+            "not related to the survey: the walk shares fewer than two landmarks with it and with related walks, or "
+            "contradicts them"
         )
     elif not session.converged:
-        note = "its map did not settle: its observations contradict each other; look at it with vislam2tag process"
+        note = "its map did not converge, because its observations contradict each other; see vislam2tag process"
     elif session.unused:
-        note = f"landmark {', '.join(session.unused)} is not used: only other floors have it"
+        note = f"landmark {', '.join(session.unused)} is not used, because only other floors have it"
     return SessionRow(
         **vars(session.key),
         landmarks=len(session.places),
@@ -157,25 +157,25 @@ def _landmark(joint: JointSurvey, index: int) -> LandmarkRow:
 
 
 def _tied(joined: LandmarkMap) -> list[LocalMap]:
-    """The walks' maps that are tied to the survey."""
+    """Maps of walks that are related to the survey."""
     return [one for one, used in zip(joined.maps, joined.tied.tolist(), strict=True) if used]
 
 
 def _passes(joined: LandmarkMap, index: int) -> list[int]:
-    """How often each map that is tied passed a landmark; those that did not are left out."""
+    """Number of observations of a landmark by each related map that observed it."""
     counts = (int(one.passes[one.landmark == index].sum()) for one in _tied(joined))
     return [count for count in counts if count]
 
 
 def unplaced(joint: JointSurvey, index: int) -> str:
-    """Why a landmark that nobody surveyed gets no position; empty where it does."""
+    """Why an unsurveyed landmark gets no position; empty if it gets one."""
     sigma_m = math.sqrt(float(np.trace(joint.joined.position_covariance[index])) / 2)
     if not any(joint.places[index] in session.places for session in joint.mapped):
-        return "no walk passed it"
+        return "no walk observed it"
     if not _passes(joint.joined, index):
-        return "only walks passed it that nothing ties to the survey"
+        return "observed only by walks that are not related to the survey"
     if not sigma_m <= GREATEST_SIGMA_M:
-        return f"too uncertain (one standard deviation is {sigma_m:.1f} m): survey it or a landmark near it"
+        return f"too uncertain (one standard deviation is {sigma_m:.1f} m): survey it or a landmark nearby"
     return ""
 
 
@@ -185,18 +185,20 @@ def _oddity(joint: JointSurvey, index: int, seen: list[int], *, contradicts: boo
     if index < len(joint.survey.site.landmarks.ids):
         return ""
     if sum(seen) != 1:
-        return "in no landmark file"
+        return "not in any landmark file"
     apart = np.abs(joint.joined.position - joint.joined.position[index])
     apart[[place.floor != joint.places[index].floor for place in joint.places]] = np.inf
     apart[index] = np.inf
     nearest = int(apart.argmin())
     if apart[nearest] < SAME_PLACE_M:
-        return f"in no landmark file, passed only once: perhaps landmark {joint.places[nearest].landmark}, misread"
-    return "in no landmark file, passed only once"
+        return (
+            f"not in any landmark file, observed only once; maybe a misread landmark {joint.places[nearest].landmark}"
+        )
+    return "not in any landmark file, observed only once"
 
 
 def _heading(joint: JointSurvey, index: int) -> tuple[float | None, float | None]:
-    """Heading and its standard deviation: as surveyed, else as estimated where walks logged any."""
+    """Heading and its standard deviation: as surveyed, or as estimated if walks logged any."""
     site, joined = joint.survey.site.landmarks, joint.joined
     if index < len(site.ids) and np.isfinite(site.heading_rad[index]):
         sigma = float(site.heading_sigma_rad[index])
@@ -209,7 +211,7 @@ def _heading(joint: JointSurvey, index: int) -> tuple[float | None, float | None
 
 
 def _z(joint: JointSurvey, index: int) -> float | None:
-    """Height above the floor: as surveyed, else the median of what the walks say."""
+    """Height above the floor: as surveyed, or the median over walks."""
     site, place = joint.survey.site.landmarks, joint.places[index]
     if index < len(site.ids) and np.isfinite(site.z_m[index]):
         return float(site.z_m[index])
@@ -223,7 +225,7 @@ def _z(joint: JointSurvey, index: int) -> float | None:
 
 
 def _discrepancy(joined: LandmarkMap, index: int) -> tuple[float, float, bool] | None:
-    """How far the others put a landmark from its surveyed place, the usual size of that, and whether it is too far."""
+    """Distance of a landmark from its position according to the others, its sigma, and whether it is too large."""
     passed = {int(number) for one in _tied(joined) for number in one.landmark[joined.priors.surveyed[one.landmark]]}
     if len(passed - {index}) < FEWEST_OTHERS:
         return None
@@ -242,30 +244,27 @@ COLUMNS = ("id", "x", "y", "z", "floor", "sigma_m", "heading_rad", "heading_sigm
 
 
 def check_targets(survey_root: Path, *targets: Path) -> None:
-    """Raise OutputError where a file to be written has no folder, lies among the survey's own, or is named twice.
-
-    Before the work rather than after it.
-    """
+    """Raise OutputError early if an output file has no folder, is among the survey's own, or is named twice."""
     root = survey_root.resolve()
     for target in targets:
         place = target.resolve()
         if sum(place == other.resolve() for other in targets) > 1:
-            raise OutputError(f"{target}: one file cannot hold both the landmarks and the report; choose another name")
+            raise OutputError(f"{target}: landmarks and report need two different files; choose another name")
         if not target.parent.is_dir() or target.is_dir():
-            reason = "is a folder" if target.is_dir() else "there is no such folder"
+            reason = "is a folder" if target.is_dir() else "its folder does not exist"
             raise OutputError(f"{target}: cannot be written ({reason}); choose another name")
         if root not in place.parents:
             continue
         first = place.relative_to(root).parts[0]
         if first.startswith("floor_") or first == "corrections.toml":
-            raise OutputError(f"{target}: lies among the survey's own files; choose another name")
+            raise OutputError(f"{target}: this path is among the survey's own files; choose another name")
 
 
 def shared_errors(joint: JointSurvey) -> SharedErrors | None:
-    """The errors that landmarks of the completed file share; None where walks placed none, or there are too many.
+    """The errors that landmarks of the completed file share; None if walks placed none, or there are too many.
 
-    How far walks see a landmark off its place is part of the covariance. Surveyed places that the walks contradict err
-    by themselves.
+    Errors of landmarks in walks are part of the covariance. Errors of surveyed positions that the walks contradict are
+    independent.
     """
     joined = joint.joined
     surveyed, agreed = joined.priors.surveyed, joined.agreed
@@ -290,10 +289,10 @@ def shared_errors(joint: JointSurvey) -> SharedErrors | None:
 def write_completed(
     survey: LandmarkSurvey, out: Path, report: Path | None = None, shared: SharedErrors | None = None
 ) -> None:
-    """Write the landmark file (docs/reference/formats.md), beside it the errors that its landmarks share and, where
-    wanted, the whole result as JSON; each whole or not at all.
+    """Write the landmark file (docs/reference/formats.md), the errors that its landmarks share and, if wanted, the
+    whole result as JSON; each appears complete or not at all.
 
-    Raises OutputError where one cannot be written.
+    Raises OutputError if one cannot be written.
     """
     contents = {out: landmark_file_text(survey).encode()}
     if report is not None:
@@ -310,7 +309,7 @@ def write_completed(
 
 
 def landmark_file_text(survey: LandmarkSurvey) -> str:
-    """The landmark file's text: all landmarks of all floors, x and y empty where there is no position."""
+    """The landmark file's text: all landmarks of all floors, with empty x and y without a position."""
     return csv_rows((COLUMNS, *(_fields(row) for row in survey.landmarks)))
 
 

@@ -1,4 +1,4 @@
-"""All sessions of a survey to one completed landmark file: each is reduced to a local map, the maps are joined."""
+"""From all sessions of a survey to one completed landmark file: sessions become local maps, which are joined."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from vislam2tag.site.model import SessionKey, Site, Survey
 
 
 class LandmarkPlace(NamedTuple):
-    """A landmark where it hung: one that corrections move is another landmark meanwhile."""
+    """A landmark at one position: a landmark that corrections move counts as another one during that time."""
 
     floor: int
     landmark: str
@@ -52,16 +52,16 @@ class WalkedPasses:
     whole_m: float
 
     def longest_stretch_m(self, known: BoolArray) -> float:
-        """Longest way that leads past no landmark of a mask (k,)."""
+        """Longest way without a landmark of a mask (k,)."""
         at_m = self.at_m[known[self.landmark]]
         return float(np.diff(np.concatenate(([0.0], at_m, [self.whole_m]))).max())
 
 
 @dataclass(frozen=True)
 class ReducedSession:
-    """All that a joint survey needs of a session; ``places``, ``z_m`` (k,) are those of the map's landmarks.
+    """A session's input to a joint survey; ``places``, ``z_m`` (k,) are those of the map's landmarks.
 
-    ``z_m`` is the height above the floor, metres, NaN where it is not known; ``unused`` are logged ids that only
+    ``z_m`` is the height above the floor, metres, NaN if it is not known; ``unused`` are logged ids that only
     other floors have; ``error`` says why the session cannot be read.
     """
 
@@ -73,11 +73,11 @@ class ReducedSession:
     unused: tuple[str, ...] = ()
     error: str | None = None
     converged: bool = True
-    """Whether the re-weighting that made its map ended because another round would change nothing that matters."""
+    """Whether the re-weighting of its map converged."""
     noise: NoiseLevels | None = None
-    """How noisy its tracker was, of one that passed landmarks."""
+    """Noise of its tracker, if it observed landmarks."""
     way: WalkedWays | None = None
-    """Where it led, of a session without poses."""
+    """Its path, if the session has no poses."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class JointSurvey:
 
 
 def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSession:
-    """Read a session and map its landmarks in its own frame; what ends it stands in its error."""
+    """Read a session and map its landmarks in its own frame; a failure is recorded as its ``error``."""
     key = task.ref.key
     return done_or_failed(
         key,
@@ -107,7 +107,7 @@ def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSessi
 def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSession:
     """Map the landmarks of a session's longest section in its own frame.
 
-    Raises SessionError where it passes landmarks of floors whose frames differ.
+    Raises SessionError if it passes landmarks of floors with different frames.
     """
     task = prepared.task
     key, site = task.ref.key, task.site
@@ -118,7 +118,9 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
         walk = DeadReckoning(settings.dead_reckoning, settings.heights).reckoned(camera, landmarks)
         return ReducedSession(key, way=None if walk is None else walk.way())
     if task.frames and (landmarks.floor != key.floor).any():
-        raise SessionError(f"{key}: passes landmarks of floors whose frames differ (site_T_bcs); they cannot be joined")
+        raise SessionError(
+            f"{key}: its landmarks are on floors with different frames (site_T_bcs), which cannot be joined"
+        )
     log = log.select([i for i, name in enumerate(log.ids) if name not in prepared.unused])
     range_m = settings.smoother.sighting_range_m
     observations = WalkObservations.of(camera, log, range_m, surveyed=landmarks.surveyed_ids)
@@ -171,7 +173,7 @@ def _floor(observations: WalkObservations, heights: Heights, landmarks: Landmark
 
 
 def _place(site: Landmarks, mine: Landmarks, name: str, floor: int) -> LandmarkPlace:
-    """Name a landmark; by corrections it may hang elsewhere than its file says, or be called otherwise."""
+    """Name a landmark; corrections may change its position or id."""
     if name not in mine.index or not mine.surveyed[mine.index[name]]:
         return LandmarkPlace(floor, name)
     here = mine.position_bcs[mine.index[name]]
@@ -210,11 +212,11 @@ def survey_landmarks(
     jobs: int = 1,
     progress: Progress[ReducedSession] = silent,
 ) -> JointSurvey:
-    """Give the landmarks without a position one, from all sessions of a survey (or of some floors) together.
+    """Estimate positions of landmarks without one, jointly from all sessions of a survey (or of some floors).
 
     ``progress`` is called after each session with it and their total number. With ``jobs`` > 1 sessions are reduced in
-    that many processes. Raises SurveyError where ``root`` is no survey, UsageError for a floor without sessions,
-    OutputError where a worker is ended from outside; a session that cannot be read has an ``error``.
+    that many processes. Raises SurveyError if ``root`` is not a survey, UsageError for a floor without sessions,
+    OutputError if a worker is killed; a session that cannot be read has an ``error``.
     """
     opened = OpenedSurvey.at(root, settings, selection=Selection(floors=floors), jobs=jobs)
     work = partial(reduce_session, opened.settings.mapping)
@@ -225,9 +227,9 @@ def survey_landmarks(
 def join_sessions(
     survey: Survey, sessions: Sequence[ReducedSession], default_sigma_m: float, settled_m: float = SETTLED_M
 ) -> JointSurvey:
-    """Join the local maps of sessions, in whichever order they come.
+    """Join the local maps of sessions, in any order.
 
-    Raises SurveyError where there are more landmarks than can be placed together.
+    Raises SurveyError for too many landmarks.
     """
     ordered = tuple(sorted(sessions, key=lambda session: session.key))
     site = survey.site.landmarks
@@ -236,9 +238,9 @@ def join_sessions(
     places = (*in_files, *sorted(further, key=lambda place: (place.floor, place.landmark, place.moved_to or ())))
     if len(places) > MAX_JOINT_LANDMARKS:
         raise SurveyError(
-            f"{survey.root}: its landmark files and sessions have {len(places):,} landmarks, and at most "
-            f"{MAX_JOINT_LANDMARKS:,} can be placed together; remove those that do not exist, or make a survey of each "
-            "building"
+            f"{survey.root}: landmark files and sessions have {len(places):,} landmarks, but at most "
+            f"{MAX_JOINT_LANDMARKS:,} can be placed together; remove those that do not exist, or create a survey for "
+            "each building"
         )
     index = {place: i for i, place in enumerate(places)}
     mapped, maps = [], []
@@ -253,7 +255,7 @@ def join_sessions(
 
 
 def _priors(places: Sequence[LandmarkPlace], site: Landmarks, default_sigma_m: float) -> LandmarkPriors:
-    """What files and corrections say of the places; the first of them are the site's landmarks."""
+    """Positions from files and corrections; the site's landmarks come first."""
     priors = LandmarkPriors.nothing(len(places))
     count = len(site.ids)
     rows = np.flatnonzero(site.surveyed)

@@ -1,4 +1,4 @@
-"""The odd one out of a survey by name: every reference compared with all others, and those that contradict them."""
+"""Outliers among the references of a survey, found by comparing each with all others."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vislam2tag.site.corrections.file import session_start
 from vislam2tag.site.model import SessionKey
 
 MOST_OF_A_WALK = 0.5
-"""A walk of which more of the landmarks that it passed are odd than this is odd itself."""
+"""A walk is an outlier itself if more than this share of its landmarks are."""
 
 
 def references(joint: JointSurvey) -> References:
-    """Compare all references of a joint survey; empty where no walk is tied to it."""
+    """Compare all references of a joint survey; empty if no walk is related to it."""
     if not joint.joined.tied.any():
         return References()
     keys = [session.key for session in joint.mapped]
@@ -33,26 +33,26 @@ def references(joint: JointSurvey) -> References:
 
 
 def _day(key: SessionKey) -> str | None:
-    """On which a session was made, where its name tells."""
+    """Date of a session, if its name contains one."""
     start = session_start(key.session)
     return None if start is None else start.date().isoformat()
 
 
 def odd_findings(found: References) -> list[Finding]:
-    """A finding for each reference that is odd."""
+    """A finding for each outlier."""
     return [
         Finding(kind="odd_reference", file="", count=len(one.references) or 1, message=one.summary) for one in found.odd
     ]
 
 
 def odd_faults(found: References, faults: Sequence[Fault]) -> list[Fault]:
-    """References that are odd, as faults without a correction; not those that a fault that was named explains."""
+    """Outliers as faults without a correction, except those that a named fault explains."""
     return [odd for odd in map(_fault, found.odd) if not any(_explains(fault, odd) for fault in faults)]
 
 
 def _fault(odd: OddReference) -> Fault:
     if not odd.references:
-        evidence = f"{odd.size_m:.2f} m off at most"
+        evidence = f"{odd.size_m:.2f} m at most"
         sessions = sorted(odd.sessions)
         return Fault(kind=FaultKind.ODD_REFERENCE, sessions=sessions, summary=odd.summary, evidence=evidence)
     greatest = max(odd.references, key=lambda one: one.size_m or 0.0)
@@ -62,12 +62,12 @@ def _fault(odd: OddReference) -> Fault:
         landmarks=sorted({one.landmark for one in odd.references}),
         sessions=sorted({one.session for one in odd.references if one.session is not None}),
         summary=odd.summary,
-        evidence=f"{greatest.size_m:.2f} m off where {greatest.sigma_m:.2f} m are usual",
+        evidence=f"{greatest.size_m:.2f} m (sigma {greatest.sigma_m:.2f} m)",
     )
 
 
 def _explains(fault: Fault, odd: Fault) -> bool:
-    """Whether a fault is of the same landmark, of the same session (of a device all), or of the whole floor."""
+    """Whether a fault is about the same landmark, session (all sessions of a device) or floor."""
     if fault.landmarks:
         return fault.floor == odd.floor and bool(set(fault.landmarks) & set(odd.landmarks))
     if fault.sessions:
@@ -93,7 +93,7 @@ def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
 
 
 def _of_references(joint: JointSurvey, rows: list[tuple[Comparison, Reference]]) -> list[OddReference]:
-    """Sights of one session that is odd itself count as one."""
+    """Observations of a session that is an outlier itself count as one."""
     odd_sights = Counter(one.walk for one, _ in rows if one.walk is not None)
     whole = {
         walk
@@ -107,9 +107,9 @@ def _of_references(joint: JointSurvey, rows: list[tuple[Comparison, Reference]])
 def _of_device(joint: JointSurvey, odd: DeviceMetre) -> OddReference:
     share, usual = f"{100 + 100 * odd.excess:.1f} %", f"{100 * odd.sigma:.1f} %"
     summary = (
-        f"device {odd.device} sees landmarks {share} as far apart as survey and other devices do (usual are {usual} "
-        f"more or less), up to {odd.off_m:.2f} m off: calibrate that phone's camera, or switch scaling off in its app, "
-        "and walk again; until then leave its sessions out"
+        f"distances between landmarks from device {odd.device} are {share} of those from survey and other devices "
+        f"(sigma {usual}), with errors up to {odd.off_m:.2f} m. Calibrate that phone's camera, or switch off scaling "
+        "in its app, and record again; until then exclude its sessions"
     )
     sessions = tuple(str(joint.mapped[walk].key) for walk in odd.walks)
     return OddReference(culprit=f"device {odd.device}", summary=summary, sessions=sessions, off_m=odd.off_m)
@@ -117,19 +117,19 @@ def _of_device(joint: JointSurvey, odd: DeviceMetre) -> OddReference:
 
 def _single(row: Reference) -> OddReference:
     where = f"landmark {row.landmark} on floor {row.floor}"
-    by = f"{row.size_m:.2f} m (usual are {row.sigma_m:.2f} m)"
+    by = f"{row.size_m:.2f} m (sigma {row.sigma_m:.2f} m)"
     if row.day is not None:
         summary = (
-            f"{where} hung {by} from where survey and other days have it on {row.day}, as all walks of that day saw "
-            "it: correct its place for these sessions"
+            f"{where} was {by} from its position in survey and other days on {row.day}, according to all walks of that "
+            "day: correct its position for these sessions"
         )
         return OddReference(culprit=f"{row.day}, {where}", summary=summary, references=(row,))
     if row.session is None:
-        summary = f"{where} is surveyed {by} from where all walks and the other landmarks have it: measure it again"
+        summary = f"{where} is surveyed {by} from its position according to all walks: measure it again"
         return OddReference(culprit=where, summary=summary, references=(row,))
     summary = (
-        f"{row.session} saw {where} {by} from where survey and other walks have it: the sheet hung elsewhere then, "
-        "another one has its id, or the tracker slipped there"
+        f"{row.session} observed {where} {by} from its position in survey and other walks: the sheet had another "
+        "position then, another sheet has its id, or the tracker slipped there"
     )
     return OddReference(culprit=f"{row.session}, {where}", summary=summary, references=(row,))
 
@@ -138,6 +138,6 @@ def _of_session(rows: list[Reference]) -> OddReference:
     session = rows[0].session or ""
     summary = (
         f"{session} contradicts survey and other walks at {len(rows)} landmarks, most of those that it passed: "
-        "it may lie under another floor, or its tracker have failed; look at it with vislam2tag inspect"
+        "its floor may be wrong, or its tracker may have failed; check it with vislam2tag inspect"
     )
     return OddReference(culprit=session, summary=summary, references=tuple(rows))

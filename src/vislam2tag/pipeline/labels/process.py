@@ -1,4 +1,4 @@
-"""The main job: a survey folder goes in; tables, results, summary and report come out.
+"""The main job: from a survey folder to tables, results, summary and report.
 
 ``map_walk`` does the same with one walk from tables in memory, without a folder.
 """
@@ -57,17 +57,18 @@ def process(
     ``survey_root`` and ``out`` are folders, or addresses of folders in object storage (``Path("s3://bucket/survey")``).
     ``landmarks``, ``selection``, ``jobs`` and ``executor`` are as
     :class:`~vislam2tag.pipeline.run.selection.ProcessChoices` says.
-    ``replace`` allows ``out`` to hold labels of another strategy, labels that were rebased, or what another command
-    wrote, which is removed. With the setting ``together`` sessions are first reduced to what they tell others, of
-    which ``comparing`` hears. ``tell`` is called with what is odd about the site's own files before that. Links are
-    read through, but what comes from outside the survey is drawn on pages only with ``follow_links``.
+    ``replace`` allows ``out`` to contain labels of another strategy, labels that were rebased, or what another command
+    wrote, which is removed. With the setting ``together`` sessions are first reduced to constraints for others, with
+    ``comparing`` as progress. Before that, ``tell`` is called with findings about the site's own files. Links are
+    followed, but files from outside the survey are shown on pages only with ``follow_links``. A bad session is only
+    counted in ``Summary.failed``.
 
-    Raises SurveyError where ``survey_root`` is no survey or ``landmarks`` no landmark file for it, UsageError for a
-    selection that matches nothing, OutputError where ``out`` cannot be written or is not ours, StoreError where a store
-    cannot be read or written; a bad session is only counted in ``Summary.failed``.
+    Raises SurveyError if ``survey_root`` is not a survey or ``landmarks`` not a landmark file for it. Raises UsageError
+    for a selection that matches nothing, OutputError if ``out`` cannot be written or is not ours, StoreError if a store
+    cannot be read or written.
     """
     settings = settings or ProcessSettings()
-    strategy_named(settings.strategy, settings.mapping)  # an unknown one is told before anything is fetched
+    strategy_named(settings.strategy, settings.mapping)  # an unknown strategy is reported before anything is fetched
     if settings.together:
         refuse_together(settings.strategy)
     with survey_at_hand(Path(survey_root)) as root:
@@ -89,7 +90,7 @@ def process(
 
 
 def _told(made: LabelRun, opened: OpenedSurvey, comparing: Progress[SessionKey]) -> tuple[LabelRun, References]:
-    """The run with what all sessions tell one another; and how all references fit one another."""
+    """The run with the constraints between sessions, and the agreement of all references."""
     tasks = [*made.tasks, *made.others]
     told, found = told_tasks(made.survey, tasks, made.settings, opened.run_all, comparing)
     count = len(made.tasks)
@@ -98,12 +99,12 @@ def _told(made: LabelRun, opened: OpenedSurvey, comparing: Progress[SessionKey])
 
 @dataclass(frozen=True)
 class PlannedSession:
-    """A session that a run would look at."""
+    """A session that a run would process or keep."""
 
     session: str
     """Floor, device and name."""
     reasons: tuple[Reason, ...]
-    """Why it would be processed; none: it would not."""
+    """Why it would be processed; empty if it would not."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ class PlannedJob(OfSession[PlannedSession]):
 
     @property
     def waits(self) -> bool:
-        """False: nothing is fetched before."""
+        """False: nothing is fetched in advance."""
         return False
 
     def opened(self) -> AbstractContextManager[Callable[[], PlannedSession]]:
@@ -121,7 +122,7 @@ class PlannedJob(OfSession[PlannedSession]):
 
     def given_up(self, error: str) -> PlannedSession:
         """A dry run ends where a session cannot be looked at."""
-        raise OutputError(f"{self.job.task.ref.key}: cannot be looked at: {error}")
+        raise OutputError(f"{self.job.task.ref.key}: the session cannot be read: {error}")
 
 
 def dry_run(
@@ -132,10 +133,10 @@ def dry_run(
     replace: bool = False,
     **choices: Unpack[ProcessChoices],
 ) -> list[PlannedSession]:
-    """Say of each session whether :func:`process` with these arguments would process it, in the survey's order.
+    """Report for each session whether :func:`process` with these arguments would process it, in the survey's order.
 
     Nothing is written, and no session is read except to see whether it has changed. With ``settings.together`` sessions
-    are read, too: what others tell of landmarks is a part of what labels follow from. Raises as :func:`process`.
+    are read, too, because constraints from others are an input of labels. Raises as :func:`process`.
     """
     settings = settings or ProcessSettings()
     if not replace:
@@ -178,8 +179,8 @@ def map_walk(
       air pressure for floors, inertial readings for tracking losses. ``process`` uses them if they are there.
 
     ``floor`` is the number of the floor on which the walk starts; it is needed if ``landmarks`` has several. A walk
-    that cannot be mapped has frames without positions, and ``findings`` say why. Raises UsageError, naming table,
-    column and row, for tables that cannot be used, SessionError for poses that cannot be a walk's.
+    that cannot be mapped has frames without positions and ``findings`` with the reason. Raises UsageError, naming
+    table, column and row, for unusable tables, SessionError for poses that cannot be those of a walk.
     """
     settings = settings or ProcessSettings()
     surveyed, own, site_findings = landmarks_in_memory(landmarks, floor, settings.survey.landmark_sigma_m)
@@ -197,5 +198,5 @@ def map_walk(
 
 
 def _floor(number: int) -> Floor:
-    """A floor of which no more than the number is known."""
+    """A floor with nothing but a number."""
     return Floor(number, f"floor {number}", None, None, None, None, ControlPoints((), np.empty((0, 2))))

@@ -1,7 +1,7 @@
 """One session from raw files to tables and result; runs in a worker process.
 
-Its way: read, corrected and given its landmarks (:mod:`vislam2tag.sessions.prepared`), mapped
-(:mod:`vislam2tag.estimation`), labelled and written (:mod:`vislam2tag.labeling.tables`), reduced to a result
+Steps: read, correct and add landmarks (:mod:`vislam2tag.sessions.prepared`), map
+(:mod:`vislam2tag.estimation`), label and write (:mod:`vislam2tag.labeling.tables`), reduce to a result
 (:mod:`vislam2tag.pipeline.labels.session_result`). Files in a store come and go while other sessions compute.
 """
 
@@ -45,12 +45,12 @@ _JOINING = f"{__package__}.together"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the worker tells the main process; the rest is on disk."""
+    """Result of a worker; the rest is on disk."""
 
     slug: str
     error: str | None
     repeated: bool
-    """False where an earlier run's result still holds."""
+    """False if an earlier run's result is still valid."""
     rows: int
 
 
@@ -58,7 +58,7 @@ class Outcome:
 class SessionJob(Job[Outcome]):
     """All that a worker needs to process one session.
 
-    What an earlier run did and nothing changed since is not repeated. A session that cannot be read or mapped becomes a
+    Unchanged results of an earlier run are not computed again. A session that cannot be read or mapped becomes a
     result with an error. Raises OutputError or StoreError if a file cannot be read or written: then the session is not
     marked as done.
     """
@@ -85,7 +85,7 @@ class SessionJob(Job[Outcome]):
 
     @contextmanager
     def opened(self) -> Iterator[Callable[[], Outcome]]:
-        """Look whether its earlier result holds; if not, fetch its files and put what is made of them."""
+        """Check whether its earlier result is valid; if not, fetch its files and write the results."""
         kept = self.out.kept(self.slug)
         whole = kept.result if self.out.is_whole(self.slug, kept) else None
         if whole is not None and self._unread(kept) and not _changes_by_listing(self, whole):
@@ -100,14 +100,14 @@ class SessionJob(Job[Outcome]):
                 yield partial(_processed, job, made)
 
     def given_up(self, error: str) -> Outcome:
-        """Write the result of a session that could not be processed, for a cause that is not its own to tell."""
+        """Write the result of a session that could not be processed for an external cause."""
         kept = self.out.kept(self.slug)
         with session_files(self.out, self.slug, kept, _inputs(self.task.ref)) as files, files.begun():
             files.result = _failed(self, files, f"{self.task.ref.key}: {error}")
             return outcome_of(files.result, repeated=True)
 
     def reasons(self) -> tuple[Reason, ...]:
-        """Why it would be processed, as it decides that itself; none if it would not. Nothing is written."""
+        """Why it would be processed; empty if it would not. Nothing is written."""
         kept = self.out.kept(self.slug)
         if kept.result is None:
             return (Reason.NEW,)
@@ -130,7 +130,7 @@ class SessionJob(Job[Outcome]):
 
 @dataclass(frozen=True)
 class OfSession(Job[_Made]):
-    """Other work at the session of a job, by the same source."""
+    """Other work on the session of a job, with the same source code."""
 
     job: SessionJob
     code: str
@@ -153,7 +153,7 @@ class OfSession(Job[_Made]):
 def code_of(format_name: str, settings: ProcessSettings) -> str:
     """Key of the source that processes sessions of a format: this module, reader and strategy, and what they import.
 
-    Where walks tell one another of landmarks, also the module that joins them.
+    With constraints between walks, also the module that joins them.
     """
     joining = (_JOINING,) if settings.together else ()
     return code_key(
@@ -174,14 +174,14 @@ def _code_of(format_name: str, settings: str) -> str:
 
 
 def _inputs(ref: SessionRef) -> str:
-    """What tells a session's files in a store from any others; empty for those of this machine, which are hashed."""
+    """A mark of a session's files in a store; empty for files on this machine, which are hashed."""
     if ref.stored is None:
         return ""
     return key_of(ref.stored.store.address, [[file.name, short(file.version)] for file in ref.stored.files])
 
 
 def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
-    """Read, map, label and write a session whose files are at hand."""
+    """Read, map, label and write a session with local files."""
     with files.begun():
         try:
             prepared = mappable_session(job.task, inertial=job.settings.inertial)
@@ -198,12 +198,12 @@ def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
 
 
 def outcome_of(result: SessionResult, *, repeated: bool) -> Outcome:
-    """What is told of a session with this result."""
+    """The outcome of a session with this result."""
     return Outcome(result.slug, result.error, repeated, rows_of(result))
 
 
 def _failed(job: SessionJob, files: SessionFiles, error: str) -> SessionResult:
-    """Write tables with zero rows for a session of which nothing could be made."""
+    """Write tables with zero rows for a session that failed."""
     _write_tables(job, files, {name: pl.DataFrame(schema=SCHEMAS[name]) for name in SCHEMAS.keys() - OPTIONAL})
     return result_of(job.task, job.settings.strategy, fingerprint="", error=error)
 
@@ -222,15 +222,15 @@ class Reason(Enum):
 
     NEW = "new"
     FAILED = "failed before"
-    LOST = "its tables are gone"
+    LOST = "its tables are missing"
     CODE = "code changed"
     SETTINGS = "settings changed"
     INPUTS = "inputs changed"
-    """Its own files, or what the site or the corrections say of it."""
+    """Its own files, or its entries in the site or the corrections."""
 
 
 def still_holds(job: SessionJob, done: SessionResult, hashes: dict[str, str] | None = None) -> bool:
-    """Whether an earlier result is what processing would make now.
+    """Whether an earlier result equals what processing would produce now.
 
     ``hashes`` are the SHA-256 of the session's files by name, where they are known without reading the files.
     """
@@ -242,7 +242,7 @@ def still_holds(job: SessionJob, done: SessionResult, hashes: dict[str, str] | N
 
 
 def _changes(job: SessionJob, done: SessionResult, hashes: dict[str, str] | None = None) -> tuple[Reason, ...]:
-    """Why an earlier result of a session at hand does not hold (:func:`still_holds`); none where it does."""
+    """Why an earlier result of a local session is not valid (:func:`still_holds`); empty if it is."""
     if still_holds(job, done, hashes):
         return ()
     now = _parts(job)
@@ -256,9 +256,9 @@ def _changes(job: SessionJob, done: SessionResult, hashes: dict[str, str] | None
 
 
 def _changes_by_listing(job: SessionJob, done: SessionResult) -> tuple[Reason, ...]:
-    """Why a result of just these files in a store does not hold.
+    """Why a result of these files in a store is not valid.
 
-    Only the truth is fetched, of which the result has no hash.
+    Only the truth is fetched, because the result has no hash of it.
     """
     ref = job.task.ref
     assert ref.stored is not None
@@ -275,8 +275,8 @@ def _parts(job: SessionJob) -> dict[str, str]:
 
 
 def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str], told: Sequence[int]) -> str:
-    """SHA-256 over everything that the session's outputs follow from; ``logged``: the ids of its landmarks; ``told``:
-    the floors that its walker said to be on.
+    """SHA-256 over all inputs of the session's outputs; ``logged``: the ids of its landmarks; ``told``: the floors
+    that its walker entered.
     """
     task = job.task
     marks, _ = task.candidate_landmarks(logged, told)
@@ -310,7 +310,7 @@ def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str],
 
 
 def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:
-    """What other sessions tell one."""
+    """Constraints from other sessions."""
     if (told := task.told) is not None:
         yield from (told.position_bcs, told.heading_rad, told.joint_covariance)
     if (ways := task.ways) is not None:

@@ -1,4 +1,4 @@
-"""The result of a session that was mapped and labelled: all that summary and report read of it except its tables."""
+"""The result of a mapped and labelled session: the input of summary and report, without tables."""
 
 from __future__ import annotations
 
@@ -68,10 +68,10 @@ def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: floa
 
 
 def frame_seconds(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, float]:
-    """Seconds of the walk by status: each usable frame stands for the time to the next one.
+    """Seconds of the walk by status: each usable frame counts for the time to the next one.
 
-    As for readings, longer than ``max_gap_s`` a mapped frame stands for nothing: that time is ``gap``, or ``invalid``
-    where unusable frames lie in it.
+    As for readings, a mapped frame counts for at most ``max_gap_s``; the remaining time is ``gap``, or ``invalid``
+    if it contains unusable frames.
     """
     frames = np.flatnonzero(camera.usable)
     seconds = np.diff(camera.time_ns[frames]) * 1e-9
@@ -83,9 +83,9 @@ def frame_seconds(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float)
 
 
 def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
-    """Length of the walk: in the BCS where both ends of a step are mapped, in the tracker's frame elsewhere.
+    """Length of the walk: in the BCS if both ends of a step are mapped, otherwise in the tracker's frame.
 
-    Jumps of the tracker are left out (:mod:`vislam2tag.core.path_length`).
+    Jumps of the tracker are skipped (:mod:`vislam2tag.core.path_length`).
     """
     frames = np.flatnonzero(camera.usable)
     frames = frames[step_frames(camera.time_ns[frames])]
@@ -99,7 +99,7 @@ def distance_m(camera: CameraTrack, trajectory: Trajectory) -> float:
 
 
 def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:
-    """How sure the mapped frames are; None where no sigma is known."""
+    """Sigma statistics of mapped frames; None if no sigma is known."""
     known = has_position(trajectory.status) & np.isfinite(trajectory.sigma_m)
     sigma_m = trajectory.sigma_m[known]
     if not len(sigma_m):
@@ -114,7 +114,7 @@ def sigma_statistics(trajectory: Trajectory) -> SigmaStatistics | None:
 
 
 def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
-    """Scans, their rate and what was stale (raw table, before labelling); None where there is no reading."""
+    """Scans, their rate and stale readings (raw table, before labelling); None if there is no reading."""
     if len(wifi) == 0:
         return None
     interval_s = median_scan_interval_s(wifi)
@@ -128,7 +128,7 @@ def scan_statistics(wifi: pl.DataFrame) -> ScanStatistics | None:
 
 
 def recording_record(session: Session) -> RecordingRecord | None:
-    """What the recorder says of its own work; None where it says nothing."""
+    """Information from the recorder; None if there is none."""
     recording = session.recording
     if recording is None:
         return None
@@ -138,7 +138,7 @@ def recording_record(session: Session) -> RecordingRecord | None:
 
 
 def visit_marks(trajectory: Trajectory, own: int) -> list[VisitMark]:
-    """Each visit with where the camera was then; ``own`` is the session's floor."""
+    """Each visit with the position of the camera; ``own`` is the session's floor."""
     return [
         VisitMark(
             landmark=visit.landmark,
@@ -150,7 +150,7 @@ def visit_marks(trajectory: Trajectory, own: int) -> list[VisitMark]:
 
 
 def event_marks(trajectory: Trajectory, own: int) -> list[EventMark]:
-    """Each event with its time and where the camera was after it; ``own`` is the session's floor."""
+    """Each event with its time and the next position of the camera; ``own`` is the session's floor."""
     return [
         EventMark(
             kind=event.kind,
@@ -183,7 +183,7 @@ def contradiction_marks(trajectory: Trajectory, landmarks: Landmarks) -> list[Co
 
 
 def _when_and_where(trajectory: Trajectory, frame: int, own: int) -> dict[str, Any]:
-    """Time of a frame, where the camera was then (None: not mapped), and its floor if that is not the ``own``."""
+    """Time of a frame, position of the camera (None: not mapped), and its floor if that is not ``own``."""
     mapped = has_position(trajectory.status[frame : frame + 1]).all()
     floor = int(trajectory.floor[frame]) if len(trajectory.floor) else own
     return {
@@ -200,13 +200,13 @@ def _pair(point: FloatArray | tuple[float, float]) -> tuple[float, float]:
 
 TRUTH_FILE = "truth.csv"
 _UNREADABLE = (
-    "expected a table with the header time_ns,x,y and a number in each of these; the session's errors are not known: "
-    "correct or remove it"
+    "expected a table with the header time_ns,x,y and a number in each field. The session's errors are unknown; "
+    "correct or remove the file"
 )
 
 
 def truth_mark(folder: Path) -> str:
-    """Tell one truth of a session from another: the SHA-256 of its file; empty where none can be read."""
+    """Mark of a session's truth: the SHA-256 of its file; empty if none can be read."""
     try:
         return hashlib.sha256(read_bytes(folder / TRUTH_FILE)).hexdigest()
     except OSError:
@@ -216,10 +216,10 @@ def truth_mark(folder: Path) -> str:
 def error_record(
     folder: Path, trajectory: Trajectory, presses_ns: IntArray, floor: Floor, settings: TruthSettings = USUAL_TRUTH
 ) -> tuple[ErrorRecord | None, list[Finding]]:
-    """Errors at ``truth.csv`` in the session's folder, else at the presses (k,) on the session's ``floor``.
+    """Errors at ``truth.csv`` in the session's folder, or otherwise at the presses (k,) on the session's ``floor``.
 
-    A press counts as its distance to the nearest control point there. None where neither is there; a truth file that
-    cannot be read is a finding.
+    A press counts as its distance to the nearest control point there. None without both; an unreadable truth file
+    is a finding.
     """
     findings = []
     if (folder / TRUTH_FILE).is_file():
@@ -282,7 +282,7 @@ def session_result(
 
 
 def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult:
-    """Fill in who the session is and what processed it."""
+    """Add the session's identity and the program's version."""
     return SessionResult(
         slug=task.ref.slug,
         **vars(task.ref.key),
@@ -295,10 +295,10 @@ def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult
 
 
 def _mapping_error(session: Session, trajectory: Trajectory, needs: str) -> str | None:
-    """Say why no frame could be mapped at all; None where the session was mapped, be it in parts."""
+    """Why no frame could be mapped; None if at least a part of the session was mapped."""
     usable = trajectory.status[session.camera.usable]
     if len(usable) == 0:
         return f"{session.key}: no usable camera frame; see its findings"
     if (usable == Status.NO_MAPPING).all():
-        return f"{session.key}: could not be mapped: it needs {needs}; see its findings"
+        return f"{session.key}: the session could not be mapped: it needs {needs}; see its findings"
     return None

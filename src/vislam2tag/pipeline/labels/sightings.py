@@ -1,4 +1,4 @@
-"""From pictures of walks that other apps recorded to the landmarks in them: a table in each session's folder."""
+"""Detects landmarks in pictures of walks from other apps, and writes a table to each session's folder."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SightingsFound:
-    """What became of one session's pictures: ``landmarks`` are the ids found; ``skipped`` or ``error`` say why none
-    were looked for.
+    """Result for one session's pictures: ``landmarks`` are the ids found; ``skipped`` or ``error`` give the reason why
+    none were searched for.
     """
 
     session: str
@@ -37,9 +37,9 @@ class SightingsFound:
 def _detectors(
     images: Path | None, family: str | None, side_m: float | None, qr_side_m: float | None
 ) -> list[Detector]:
-    """Make the detectors of sheets whose images lie in a folder, of tags of a family and of QR codes, with their sides.
+    """Create detectors of sheets with images in a folder, of tags of a family and of QR codes, with their sizes.
 
-    Raises UsageError where none is asked for, or the family is not known or has no size.
+    Raises UsageError if none is requested, or the family is unknown or has no size.
     """
     from vislam2tag.preparation.detect_landmarks import (
         TAG_FAMILIES,
@@ -52,7 +52,7 @@ def _detectors(
 
     if images is None and family is None and qr_side_m is None:
         raise UsageError(
-            "nothing to look for: give --images (a folder of `sheets`), --tags with --tag-side-m, or --qr-side-m"
+            "no landmarks to search for; use --images (a folder of `sheets`), --tags with --tag-side-m, or --qr-side-m"
         )
     found: list[Detector] = [] if images is None else [sheet_detector(images)]
     if images is not None and (printed := read_tags(images)):
@@ -61,9 +61,9 @@ def _detectors(
         found.append(qr_detector(qr_side_m))
     if family is not None:
         if family not in TAG_FAMILIES:
-            raise UsageError(f"--tags {family}: not known; one of {', '.join(TAG_FAMILIES)}")
+            raise UsageError(f"--tags {family}: unknown family; choose one of {', '.join(TAG_FAMILIES)}")
         if side_m is None:
-            raise UsageError("--tags needs --tag-side-m, the side of the black square in metres: measure a printed one")
+            raise UsageError("--tags needs --tag-side-m, the side of the black square in metres; measure a printed tag")
         found.append(tag_detector(family, side_m))
     return found
 
@@ -78,13 +78,13 @@ def sightings(
     progress: Progress[SightingsFound] = silent,
     within: Progress[Stage] = silent,
 ) -> list[SightingsFound]:
-    """Look through the pictures of each session and write :data:`SIGHTINGS_FILE` into its folder.
+    """Search the pictures of each session and write :data:`SIGHTINGS_FILE` to its folder.
 
-    Looked for are sheets whose ``images`` lie in a folder, ``tags`` of a family with a black square of this side,
-    and QR codes of a side, whose texts end in the id. ``progress`` is told each session that is done, ``within`` how
-    many are while one is looked through, a part of it included.
-    Sessions that have that file already are passed over, unless ``again``. A session whose pictures cannot be used is
-    an error of its own. Raises SurveyError where ``root`` is no survey, UsageError as the detectors do.
+    Landmarks are sheets with ``images`` in a folder, ``tags`` of a family with a black square of this side, and QR
+    codes of a side with texts that end in the id. ``progress`` is called for each finished session, ``within`` with
+    the number of finished sessions, including the finished part of the current one.
+    Sessions that already have that file are skipped, unless ``again``. A session with unusable pictures has an
+    error. Raises SurveyError if ``root`` is not a survey, UsageError as the detectors do.
     """
     root, images = Path(root), path_or_none(images)
     detectors = _detectors(images, tags, tag_side_m, qr_side_m)
@@ -99,7 +99,7 @@ def sightings(
 
 
 def _part_of(within: Progress[Stage], session: str, done: int, sessions: int) -> Progress[int]:
-    """Tell how far one session is, as a part of all."""
+    """Report the progress of one session as a part of all."""
     return lambda passed, pictures: within(Stage(session, done + passed / pictures), sessions)
 
 
@@ -111,7 +111,7 @@ def _of_session(
         return SightingsFound(str(ref.key), skipped="its app logs landmarks itself")
     target = ref.folder / SIGHTINGS_FILE
     if target.exists() and not again:
-        return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} is there; --replace looks anew")
+        return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} already exists; use --replace to search again")
     from vislam2tag.preparation.detect_landmarks import search
 
     try:
@@ -133,7 +133,7 @@ def _summary(ref: SessionRef, outcome: Search) -> SightingsFound:
 
 
 def _table(sightings: Sequence[PictureSighting]) -> bytes:
-    """Rows as docs/reference/formats.md tells them: metres to a tenth of a millimetre."""
+    """Rows as described in docs/reference/formats.md: metres to a tenth of a millimetre."""
     lines = []
     for each in sightings:
         numbers = [*each.pose.position_m.tolist(), *each.pose.orientation.tolist(), each.pose.sigma_m]

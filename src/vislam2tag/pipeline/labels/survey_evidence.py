@@ -1,4 +1,4 @@
-"""What sessions show of the survey's faults: passes of landmarks, kept with each result, and evidence made of them."""
+"""Evidence of faults of the survey: landmark observations kept with each result, and evidence from them."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 Places = dict[str, tuple[int, complex]]
 """Floor and position of each surveyed landmark that a session may use, complex metres."""
 _DIGITS = 6
-"""Of numbers kept."""
+"""Decimal places of kept numbers."""
 
 
 def passes_record(prepared: PreparedSession, range_m: float) -> PassesRecord | None:
-    """Reduce a session to its passes, sightings within ``range_m``; None where it has too few usable frames."""
+    """Reduce a session to its landmark observations within ``range_m``; None if it has too few usable frames."""
     try:
         session = prepared.longest_section().session
     except SessionError:
@@ -53,7 +53,7 @@ def passes_record(prepared: PreparedSession, range_m: float) -> PassesRecord | N
 
 
 def places_of(prepared: PreparedSession) -> Places:
-    """Surveyed landmarks that a session may use, those of floors with other frames left out."""
+    """Surveyed landmarks that a session may use, except those of floors with other frames."""
     landmarks, own = prepared.landmarks, prepared.session.key.floor
     one_frame, surveyed = not prepared.task.frames, landmarks.surveyed
     return {
@@ -64,7 +64,7 @@ def places_of(prepared: PreparedSession) -> Places:
 
 
 def kept_walk(key: SessionKey, record: PassesRecord) -> tuple[WalkPasses, Places]:
-    """The passes and places of a session from what was kept of it."""
+    """The observations and positions of a session from its kept numbers."""
     walk = WalkPasses(
         key=key,
         landmark=tuple(record.landmark),
@@ -91,11 +91,11 @@ def _rounded(values: Iterable[float]) -> list[float]:
 
 
 MOST_WALKS = 40
-"""So many walks of a floor are looked at, evenly among all: faults of the survey show in any of them."""
+"""Maximum number of walks per floor, chosen evenly; faults of the survey show in any of them."""
 
 
 def thinned(refs: Sequence[SessionRef]) -> list[SessionRef]:
-    """Of each floor at most :data:`MOST_WALKS` sessions, evenly among them."""
+    """At most :data:`MOST_WALKS` sessions of each floor, chosen evenly."""
     floors = defaultdict(list)
     for ref in refs:
         floors[ref.key.floor].append(ref)
@@ -112,15 +112,15 @@ def _evenly(items: Sequence[_Item]) -> list[_Item]:
 
 @dataclass(frozen=True)
 class RoomsOnPlans:
-    """Calls places as people do: by the floors' tables of rooms and by what their plans say."""
+    """Names places by the floors' tables of rooms and by texts of their plans."""
 
     root: Path
     site: Site
     _areas: dict[int, Areas | None] = field(default_factory=dict)
-    """Of the floors that were asked for; none where no room has a name."""
+    """Names of the requested floors; empty if no room has a name."""
 
     def __call__(self, floor: int, place: complex) -> str:
-        """Room or corridor at a place, complex metres; empty where it has no name."""
+        """Room or corridor at a place, complex metres; empty if it has no name."""
         if floor not in self._areas:
             with suppress(SurveyError, MissingExtraError, ModuleNotFoundError):
                 self._areas[floor] = self._areas_of(floor)
@@ -128,7 +128,7 @@ class RoomsOnPlans:
         return "" if areas is None else areas.of_place((place.real, place.imag))
 
     def _areas_of(self, number: int) -> Areas | None:
-        # a sound survey asks for no room, and needs none of these
+        # a survey without faults needs no names of rooms
         from vislam2tag.pipeline.labels.walked_floors import floor_areas
         from vislam2tag.site.floors import names_on_plan, read_room_names
         from vislam2tag.site.plans.load import floor_plan
@@ -143,9 +143,9 @@ class RoomsOnPlans:
 def survey_evidence(
     survey: Survey, walks: Iterable[tuple[WalkPasses, Places]], rooms: RoomsOnPlans | None = None
 ) -> Evidence:
-    """All walks on the places that the survey, its corrections included, gives their landmarks.
+    """All walks on the positions of their landmarks according to the survey and its corrections.
 
-    ``rooms`` calls places, where that was looked up before.
+    ``rooms`` names places, if that was looked up before.
     """
     site = survey.site
     marks = site.landmarks

@@ -1,11 +1,10 @@
-"""``process --together``: walks help one another: where landmarks hang, where walks led, how noisy a tracker is.
+"""``process --together``: constraints between sessions from landmarks, radio scans and tracker noise.
 
-Each session is reduced to a small map of its landmarks, all maps are joined, and every session is mapped with what the
-survey and all *other* sessions say of the landmarks that it passed
-(:mod:`vislam2tag.estimation.landmark_survey.comparison`). On floors where a walk still goes far without a landmark,
-others' radio scans say where it was: each session of such a floor is mapped once, and where it led and what it heard is
-kept (:mod:`vislam2tag.positioning.walk_ties`). What a session is given is a part of what its result follows from,
-rounded, so that one more session repeats others only if it adds something.
+Each session is reduced to a small map of its landmarks, and all maps are joined. Every session is then mapped with
+landmark priors from the survey and all *other* sessions (:mod:`vislam2tag.estimation.landmark_survey.comparison`). If a
+walk still goes far without a landmark, radio constraints from others help: each session of such a floor is mapped once
+to keep its path and scans (:mod:`vislam2tag.positioning.walk_ties`). Constraints are part of the inputs of a session's
+result. They are rounded, so that one more session changes others only if it adds information.
 """
 
 from __future__ import annotations
@@ -46,14 +45,14 @@ from vislam2tag.sessions.session_landmarks import ToldLandmarks
 from vislam2tag.site.model import SessionKey, Survey
 
 MOST_KEPT = 256
-"""Scans of a session, evenly spread: no more of it are asked."""
+"""Maximum number of scans of a session, evenly spread."""
 
 _Told = TypeVar("_Told")
 
 
 @dataclass(frozen=True)
 class HeardWalk:
-    """Where a session led, and what it heard on the way; without both it neither tells nor is told anything."""
+    """Path of a session and its scans; without both it neither gives nor gets constraints."""
 
     key: SessionKey
     trace: WalkTrace | None = None
@@ -62,7 +61,7 @@ class HeardWalk:
 
 
 def heard_walk(settings: MappingSettings, task: SessionTask) -> HeardWalk:
-    """Read and map a session for what it tells others; what ends it stands in its error."""
+    """Read and map a session for its constraints on others; a failure is recorded as its ``error``."""
     key = task.ref.key
     return done_or_failed(key, lambda: _heard(settings, task), lambda error: HeardWalk(key, error=error))
 
@@ -78,7 +77,7 @@ def _heard(settings: MappingSettings, task: SessionTask) -> HeardWalk:
 
 
 def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
-    """The scans of a session's table of readings, each at the mean time of these; no more than are kept."""
+    """The scans of a session's table of readings, each at the mean time of its readings, up to the maximum number."""
     table = wifi.filter(~pl.col("repeated"))
     scans = scans_of_walk(
         table["scan"].to_numpy(),
@@ -91,7 +90,7 @@ def scans_of(device: str, wifi: pl.DataFrame) -> RadioScans:
 
 
 def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
-    """What each walk of a floor is told of where it was, rounded; of those that are told something."""
+    """Radio constraints of each walk of a floor, rounded, for walks that get any."""
     from vislam2tag.positioning.walk_ties import radio_ties  # SciPy, which workers alone need otherwise
     from vislam2tag.positioning.walk_traces import rounded
 
@@ -101,45 +100,45 @@ def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
 
 
 STRATEGY = "smoother"
-"""The others map with surveyed landmarks alone, as published."""
+"""Other strategies map with surveyed landmarks only, as published."""
 ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
-"""Places and headings that sessions are told are rounded to this: far less than walks can tell ..."""
+"""Positions and headings of priors are rounded to this, which is far below the accuracy of walks ..."""
 ROUNDED_SIGMA_M, ROUNDED_SIGMA_RAD = 1e-2, 1e-3
 """... and their covariance to squares and products of these; no direction is known better."""
 SETTLED_SHARE = 0.1
-"""What is rounded need not be solved to the micrometre."""
+"""Convergence threshold, which is coarse because results are rounded."""
 ROUNDED_WAY_M, ROUNDED_WAY_RAD = 0.01, 0.01
-"""So are the ways of walks without poses."""
+"""Rounding of the paths of walks without poses."""
 FAR_M = 40.0
-"""Radio tells a walk nothing that is never this far from one landmark to the next (docs/results/how-good.md)."""
+"""Radio constraints do not help a walk with a shorter way between landmarks (docs/results/how-good.md)."""
 
 
 def refuse_together(strategy: str) -> None:
     """Raise UsageError for a strategy that does not map walks together."""
     if strategy != STRATEGY:
         raise UsageError(
-            f"--together maps walks by the strategy {STRATEGY} only: {strategy} maps by surveyed landmarks as "
-            "published; leave --together or --strategy out"
+            f"--together works with the strategy {STRATEGY} only, because {strategy} uses surveyed landmarks only; "
+            "remove --together or --strategy"
         )
 
 
 @dataclass(frozen=True)
 class JoiningJob(OfSession[_Told]):
-    """All that a worker needs to reduce one session to what it tells others."""
+    """Input of a worker to reduce one session to its constraints on others."""
 
     reduce: Callable[[MappingSettings, SessionTask], _Told]
-    """A module's function; what ends the work on a session is in the error of what it returns."""
+    """A function of a module; failures are in the ``error`` of its result."""
     outcome: Callable[..., _Told]
-    """Makes what it returns of a session's key and an ``error``."""
+    """Creates such a result from a session's key and an ``error``."""
 
     @contextmanager
     def opened(self) -> Iterator[Callable[[], _Told]]:
-        """Have its files at hand, wherever they are."""
+        """Provide its files locally."""
         with at_hand(self.job.task.ref) as ref:
             yield partial(self.reduce, self.job.settings.mapping, replace(self.job.task, ref=ref))
 
     def given_up(self, error: str) -> _Told:
-        """A session that could not be reduced is mapped alone."""
+        """A session that could not be reduced is mapped without constraints."""
         return self.outcome(self.job.task.ref.key, error=error)
 
 
@@ -150,13 +149,13 @@ def told_tasks(
     run_all: Executor,
     progress: Progress[SessionKey],
 ) -> tuple[list[SessionTask], References]:
-    """Tasks with what all other sessions of the run tell each; and how all references fit one another.
+    """Tasks with constraints from all other sessions of the run, and the agreement of all references.
 
-    ``progress`` hears of each session that is reduced (twice where walks go far without a landmark), and how many are.
+    ``progress`` is called with each reduced session (twice if walks go far without a landmark) and their number.
     """
     todo = [JoiningJob(job, job.code, reduce_session, ReducedSession) for job in jobs_of(tasks, settings)]
     sessions = outcomes_of(run_all, run_job, todo, lambda session, total: progress(session.key, total))
-    with threadpool_limits(limits=1):  # of matrices as small as these, threads cost a hundred times what they gain
+    with threadpool_limits(limits=1):  # threads only slow down operations on such small matrices
         joint = join_sessions(survey, sessions, settings.survey.landmark_sigma_m, SETTLED_SHARE * ROUNDED_M)
         told, found = _told(joint), references(joint)
     led = {session.key: session.way for session in sorted(sessions, key=lambda each: each.key) if session.way}
@@ -179,7 +178,7 @@ def told_tasks(
 
 
 def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, TrackerNoise | None]:
-    """How noisy the others of its device say that a session's tracker is, whatever their floors."""
+    """Tracker noise of a session according to other sessions of its device on any floor."""
     known = [(session.key, session.noise) for session in mapped if session.noise is not None]
     told: dict[SessionKey, TrackerNoise | None] = {}
     for device in {key.device for key, _ in known}:
@@ -189,14 +188,14 @@ def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, Tracker
 
 
 def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:
-    """Whether a session leads far without a landmark whose place it is told."""
+    """Whether a session goes far without a landmark with a known position."""
     known = {*zip(told.ids, told.floor.tolist(), strict=True)}
     mask = np.array([(place.landmark, place.floor) in known for place in session.places], dtype=np.bool_)
     return session.passes is not None and session.passes.longest_stretch_m(mask) > FAR_M
 
 
 def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> WalkedWays | None:
-    """Where the other sessions on the floor of one led, rounded; None where there are none, or it has poses."""
+    """Paths of the other sessions on a session's floor, rounded; None if there are none, or it has poses."""
     others = [way for other, way in led.items() if other.floor == key.floor and other != key]
     if key not in led or not others:
         return None
@@ -208,7 +207,7 @@ def _ways_of_others(led: dict[SessionKey, WalkedWays], key: SessionKey) -> Walke
 
 
 def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:
-    """What each session that passed landmarks is told of them."""
+    """Landmark priors for each session that observed landmarks."""
     others, tied = OtherWalks(joint.joined), joint.joined.tied
     return {
         session.key: _of_session(joint, others.seen(number), number, int(tied.sum() - tied[number]))
@@ -217,7 +216,7 @@ def _told(joint: JointSurvey) -> dict[SessionKey, ToldLandmarks]:
 
 
 def _of_session(joint: JointSurvey, places: ToldPlaces, number: int, sessions: int) -> ToldLandmarks:
-    """Of what is told, the landmarks that the session itself passed, rounded."""
+    """Priors of the landmarks that the session itself observed, rounded."""
     own = np.flatnonzero(np.isin(places.landmark, joint.joined.maps[number].landmark))
     passed = [joint.places[index] for index in places.landmark[own].tolist()]
     # Standard deviations of x, y of each landmark come first, then those of their headings.

@@ -1,4 +1,4 @@
-"""What of each floor's plan was walked: from where sessions were to the areas of the walkable space."""
+"""Coverage of each floor's plan: from positions of sessions to areas of the walkable space."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from vislam2tag.site.walkable.walked import (
 
 @dataclass(frozen=True)
 class WalkPlaces:
-    """Where a session was: ``position`` (w, 2) about a metre apart on ``floor`` (w,), and its labelled Wi-Fi scans,
+    """Positions of a session: ``position`` (w, 2) about a metre apart on ``floor`` (w,), and its labelled Wi-Fi scans,
     ``scan`` (s, 2) on ``scan_floor`` (s,); BCS metres.
     """
 
@@ -40,7 +40,7 @@ class WalkPlaces:
 
 @dataclass(frozen=True)
 class FloorWalked:
-    """One floor: its record, and the space to draw; None where the record's note says why there is none."""
+    """One floor: its record, and the space to draw (None if the record's note says why there is none)."""
 
     record: WalkedFloor
     space: WalkedSpace | None = None
@@ -49,9 +49,9 @@ class FloorWalked:
 def walked_floors(
     root: Path, site: Site, walks: Iterable[WalkPlaces], settings: WalkableSettings | None = None
 ) -> Mapping[int, FloorWalked]:
-    """Tell for each floor on which somebody walked what of its walkable space was walked.
+    """Coverage of the walkable space for each walked floor.
 
-    A floor without a plan, or with one on which nothing can be walked, has a note instead.
+    A floor without a plan, or without walkable space on it, has a note instead.
     """
     all_walks = list(walks)
     numbers = sorted({int(number) for walk in all_walks for number in np.unique(walk.floor)})
@@ -80,9 +80,9 @@ def _floor_walked(root: Path, floor: Floor, walks: list[WalkPlaces], settings: W
 
 
 def floor_areas(floor: Floor, names: Sequence[PlanText], settings: WalkableSettings | None = None) -> Areas:
-    """Rooms and corridors of a floor's plan, called by these names, else as the plan calls them.
+    """Rooms and corridors of a floor's plan with these names, or otherwise with those on the plan.
 
-    Raises SurveyError where there is no plan that can be walked, ModuleNotFoundError where an extra lacks.
+    Raises SurveyError if no plan has walkable space, ModuleNotFoundError if an extra is not installed.
     """
     from vislam2tag.site.plans.load import floor_plan  # packages of extras
     from vislam2tag.site.walkable.graph import corridor_graph

@@ -1,7 +1,7 @@
-"""By how much the clocks of Wi-Fi scans are off: those of all walks of a phone alike, and each one's beside them.
+"""Clock offsets of Wi-Fi scans: one common to all walks of a phone, and one of each walk.
 
-Compared with each other, walks whose scans are all late hear what they should where they go the same way. Where they
-meet head-on they do not.
+Walks with the same delay agree if they go in the same direction, so only walks in opposite directions show a common
+delay.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from vislam2tag.quality.diagnosis.wifi_clock import (
 from vislam2tag.site.model import SessionKey
 
 LEAST_LAG_S = 1.5
-"""Less than this is how long a scan takes."""
+"""A scan takes less time than this."""
 WAY_SIGMA_M = 0.2
-"""How well a way laid past landmarks is known; all alike, so that it hardly matters."""
+"""Sigma of a path mapped by landmarks; the value hardly matters, because it is the same for all."""
 
 
 def wifi_clocks(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> dict[SessionKey, ClockOffset]:
-    """What to add to the times of each walk's scans; walks of which nobody can tell are left out."""
+    """Correction of the scan times of each walk, without walks with an unknown offset."""
     floors = heard_on_floors(evidence, heard)
     lags = {
         (floor, device): lag
@@ -54,7 +54,7 @@ def wifi_clocks(evidence: Evidence, heard: Mapping[SessionKey, HeardOnWalk]) -> 
 
 
 def common_lags(walks: Mapping[SessionKey, HeardOnWalk]) -> dict[str, ScanLag]:
-    """How much older the scans of each phone's walks of a floor are than their times."""
+    """Delay of the scans of each phone's walks of a floor."""
     if len(walks) < FEWEST_WALKS:
         return {}
     traces = [_trace(walk) for walk in walks.values()]
@@ -66,13 +66,13 @@ def common_lags(walks: Mapping[SessionKey, HeardOnWalk]) -> dict[str, ScanLag]:
 
 
 def _after(offset: ClockOffset, lag: ScanLag) -> ClockOffset:
-    """The offset of scans that were taken to be so old before: it is believed beside that as far as it is sure."""
+    """The offset of scans, combined with the earlier estimate by their uncertainties."""
     own_s = offset.offset_s if offset.sure else 0.0
     return ClockOffset(own_s - lag.seconds, float(np.hypot(offset.sigma_s * offset.sure, lag.sigma_s)))
 
 
 def _trace(walk: HeardOnWalk) -> WalkTrace | None:
-    """The way where it lies on the plan; None where it hardly does."""
+    """The part of the path on the plan; None if it is too short."""
     rows = np.flatnonzero(np.isfinite(walk.way))
     if len(rows) < 2:
         return None

@@ -1,5 +1,5 @@
 """The paper's tables and figures from its data.
 
-``data`` finds its surveys; ``walks`` evaluates (Tables I and II), ``collection`` labels and counts (Table III),
-``figures`` draws; ``reproduce`` takes all these steps, and trains (Table IV).
+``data`` finds its surveys, evaluates walks (Tables I and II), and labels and counts fingerprints (Table III).
+``figures`` draws, and ``reproduce`` runs all steps and trains models (Table IV).
 """

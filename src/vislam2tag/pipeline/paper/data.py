@@ -1,6 +1,6 @@
-"""The surveys of the paper's data, found wherever they lie below one folder.
+"""The surveys of the paper's data, found in all subfolders of one folder.
 
-The paper's own data set (section VII): the walks that were made to collect fingerprints, labelled and counted.
+The paper's own data set (section VII): the walks for collecting fingerprints, labelled and counted.
 
 All walks of the paper's evaluation: those over control points, and those before a total station.
 """
@@ -46,26 +46,26 @@ from vislam2tag.site.discover import floor_folders, subfolders
 from vislam2tag.site.model import SessionKey, SessionRef, Survey
 
 DEPTH = 2
-"""Surveys are looked for in the folder itself and this many levels below."""
+"""Surveys are searched in the folder itself and this many levels below."""
 
 
 @dataclass(frozen=True)
 class PaperData:
-    """All surveys below a folder, sorted by path; where two hold one session, the first counts."""
+    """All surveys below a folder, sorted by path; if two contain the same session, the first counts."""
 
     root: Path
     surveys: tuple[Survey, ...]
 
     def find(self, key: SessionKey) -> tuple[Survey, SessionRef]:
-        """Return a session and its survey; raises SessionError where there is none of this key."""
+        """Return a session and its survey; raises SessionError if there is none of this key."""
         for survey in self.surveys:
             for ref in survey.sessions:
                 if ref.key == key:
                     return survey, ref
-        raise SessionError(f"{key} is not in this data")
+        raise SessionError(f"{key} does not exist in this data")
 
     def refs(self) -> list[tuple[Survey, SessionRef]]:
-        """Every session once, with its survey; those that corrections exclude are left out."""
+        """Every session once, with its survey, except those that corrections exclude."""
         found: dict[SessionKey, tuple[Survey, SessionRef]] = {}
         for survey in self.surveys:
             corrections = read_corrections(survey.root)
@@ -76,13 +76,13 @@ class PaperData:
 
 
 def open_paper_data(root: Path) -> PaperData:
-    """Look for surveys in ``root`` and below; raises SurveyError where there is none."""
-    # A folder without a survey is opened all the same: that says what is wrong with it.
+    """Find surveys in ``root`` and below; raises SurveyError if there is none."""
+    # Opening a folder without a survey reports what is wrong with it.
     return PaperData(root, tuple(open_survey(folder) for folder in _survey_folders(root, DEPTH) or [root]))
 
 
 def _survey_folders(folder: Path, depth: int) -> list[Path]:
-    """The folder itself if it holds floors, else the surveys in its subfolders."""
+    """The folder itself if it contains floors, otherwise the surveys in its subfolders."""
     try:
         floor_folders(folder)
     except SurveyError:
@@ -94,7 +94,7 @@ def _survey_folders(folder: Path, depth: int) -> list[Path]:
 
 
 def read_mappable(survey: Survey, ref: SessionRef, settings: ProcessSettings) -> tuple[Session, Landmarks]:
-    """Read a session and the landmarks that it may use, corrected; raises SessionError where it cannot be read."""
+    """Read a session and the landmarks that it may use, corrected; raises SessionError if it cannot be read."""
     prepared = prepared_session(session_task(ref, survey, read_corrections(survey.root), settings))
     return prepared.session, prepared.landmarks
 
@@ -102,15 +102,15 @@ def read_mappable(survey: Survey, ref: SessionRef, settings: ProcessSettings) ->
 STRATEGY = "local-corrected"
 """The strategy that labelled giaIndoorLoc."""
 EVALUATED = ("_ref", "_tachy", "_split")
-"""Device folders of the published evaluation end like this; their walks collect nothing."""
+"""Suffixes of device folders of the published evaluation; their walks do not collect fingerprints."""
 
 
 @dataclass(frozen=True)
 class Collection:
-    """What the collecting walks give, and one sentence for each that could not be labelled."""
+    """Results of the collecting walks, and one sentence for each that could not be labelled."""
 
     statistics: DatasetStatistics | None
-    """None where there is no such walk, or none heard any Wi-Fi."""
+    """None if there is no such walk, or none with Wi-Fi readings."""
     failed: tuple[str, ...]
 
 
@@ -120,9 +120,9 @@ def paper_collection(
     progress: Progress[int] = silent,
     keep: Path | None = None,
 ) -> Collection:
-    """Label the walks of all devices that do not evaluate, group their Wi-Fi readings by scan, and count.
+    """Label the walks of all devices outside the evaluation, group their Wi-Fi readings by scan, and count.
 
-    The data set is written to ``keep``, with its splits, where there is such a walk.
+    The data set is written to ``keep``, with its splits, if there is such a walk.
     """
     own = settings.model_copy(update={"strategy": STRATEGY})
     chosen = [(survey, devices) for survey in data.surveys if (devices := _devices(survey))]
@@ -146,14 +146,14 @@ def paper_collection(
 
 
 def _devices(survey: Survey) -> tuple[str, ...]:
-    """Devices with a walk to label that is no evaluation's."""
+    """Devices with a walk outside the evaluation."""
     corrections = read_corrections(survey.root)
     keys = [ref.key for ref in survey.sessions if not corrections.excludes(ref.key)]
     return tuple(sorted({key.device for key in keys if not key.device.endswith(EVALUATED)}))
 
 
 def _distinct_sessions(surveys: list[LabelledSurvey]) -> Iterator[tuple[LabelledSession, float]]:
-    """Each session with its survey's limit of sigma; where two surveys hold one session, the first counts."""
+    """Each session with its survey's limit of sigma; if two surveys contain the same session, the first counts."""
     found: set[SessionKey] = set()
     for survey in surveys:
         for session in survey.sessions:
@@ -165,7 +165,7 @@ def _distinct_sessions(surveys: list[LabelledSurvey]) -> Iterator[tuple[Labelled
 
 
 def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Folder) -> Dataset:
-    """Make fingerprints of the sessions; the tables lie below ``folder``."""
+    """Build fingerprints of the sessions, with tables in ``folder``."""
     for number, (session, max_sigma_m) in enumerate(sessions):
         build_session(SessionJob(session, f"{number:06d}", "", number, folder, DatasetSettings(), max_sigma_m))
     tables = {name: rows for name, rows in tables_of(folder.path).items() if name in (FINGERPRINTS, READINGS, SESSIONS)}
@@ -174,7 +174,7 @@ def _dataset(sessions: list[tuple[LabelledSession, float]], folder: Folder) -> D
 
 
 Phone = tuple[int, str]
-"""Floor and device: what shares a clock offset."""
+"""Floor and device, which share a clock offset."""
 Refs = Sequence[tuple[Survey, SessionRef]]
 
 
@@ -190,7 +190,7 @@ class PaperWalks:
 
 
 def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[int] = silent) -> PaperWalks:
-    """Evaluate every walk over control points and every walk with a ``tachy.csv``; what fails is only reported."""
+    """Evaluate every walk over control points and every walk with a ``tachy.csv``; failures are only reported."""
     pressed, phones = _sorted_out(data)
     total = len(pressed) + sum(map(len, phones.values()))
     walks = PaperWalks()
@@ -208,7 +208,7 @@ def paper_walks(data: PaperData, settings: ProcessSettings, progress: Progress[i
 
 
 def _sorted_out(data: PaperData) -> tuple[Refs, dict[Phone, list[tuple[Survey, SessionRef]]]]:
-    """Sessions on floors with control points, and those with a station's track by phone; the others show no error."""
+    """Sessions on floors with control points, and those with a station's track by phone."""
     pressed = []
     phones: dict[Phone, list[tuple[Survey, SessionRef]]] = defaultdict(list)
     for survey, ref in data.refs():
@@ -231,7 +231,7 @@ def _add_pressed(walks: PaperWalks, survey: Survey, ref: SessionRef, settings: P
 
 
 def _before_station(refs: Refs, settings: ProcessSettings) -> list[PaperWalk]:
-    """Evaluate the walks of one phone; raises SurveyError or SessionError where something of it cannot be used."""
+    """Evaluate the walks of one phone; raises SurveyError or SessionError if its data cannot be used."""
     strict = station_settings(settings.mapping)
     survey, first = refs[0]
     number = first.key.floor
@@ -244,5 +244,5 @@ def _before_station(refs: Refs, settings: ProcessSettings) -> list[PaperWalk]:
 
 
 def walk_of(walks: Sequence[PaperWalk], key: SessionKey) -> PaperWalk | None:
-    """Find a walk by its session; None where it is not among them."""
+    """Find a walk by its session; None if there is none."""
     return next((walk for walk in walks if walk.key == key), None)

@@ -1,4 +1,4 @@
-"""Which session each of the paper's figures shows, and what is drawn of it."""
+"""The figures of the paper and their sessions."""
 
 from __future__ import annotations
 
@@ -41,25 +41,25 @@ LONG = SessionKey(1, "LG_ref", "2022-01-19T16:06:28")
 TRACKED = SessionKey(4, "OnePlus_tachy", "2022-01-14T16:01:04")
 SCANNED = SessionKey(4, "Galaxy", "2021-12-20T14:17:21")
 """The sessions that the paper shows."""
-NO_COLLECTION = "no walk that collects fingerprints is in this data"
+NO_COLLECTION = "the data contains no walk for collecting fingerprints"
 SHOWN = "local-corrected"
-"""The strategy whose labels are shown where one stands for all, as in the paper."""
+"""The strategy of figures with only one strategy, as in the paper."""
 
 
 @dataclass(frozen=True)
 class PaperResults:
-    """The paper's data and what was found of them: what its figures are drawn from."""
+    """The paper's data and results for the figures."""
 
     data: PaperData
     walks: PaperWalks
     settings: ProcessSettings
     collected: DatasetStatistics | None
-    """The paper's own data set, counted; None where the data has none of it."""
+    """Counts of the paper's own data set; None if it is not in the data."""
 
 
 @dataclass(frozen=True)
 class ShownSession:
-    """A session as a figure shows it: with its floor, mapped, doubtful frames left out."""
+    """A session for a figure: with its floor, mapped, without doubtful frames."""
 
     floor: Floor
     landmarks: Landmarks
@@ -68,12 +68,14 @@ class ShownSession:
 
     @classmethod
     def of(cls, results: PaperResults, key: SessionKey, mapping: MappingSettings | None = None) -> ShownSession:
-        """Read and map a session; raises SessionError where it is missing or cannot be mapped locally."""
+        """Read and map a session; raises SessionError if it is missing or cannot be mapped locally."""
         survey, ref = results.data.find(key)
         session, landmarks = read_mappable(survey, ref, results.settings)
         mapped = map_all(session, landmarks, mapping or results.settings.mapping)
         if not any(segment.status == Status.OK for segment in mapped["local"].segments):
-            raise SessionError(f"{key}: could not be mapped: it needs visits to two different surveyed landmarks")
+            raise SessionError(
+                f"{key}: the session could not be mapped: it needs visits to two different surveyed landmarks"
+            )
         max_sigma_m = results.settings.labels.max_sigma_m
         counted = {name: _without_doubtful(one, max_sigma_m) for name, one in mapped.items()}
         return cls(survey.site.floor(key.floor), landmarks, session, counted)
@@ -119,7 +121,7 @@ def _long_walk(results: PaperResults) -> Figure:
     shown = ShownSession.of(results, LONG)
     walk = walk_of(results.walks.pressed, LONG)
     if walk is None:
-        raise SessionError(f"{LONG}: has no presses at control points")
+        raise SessionError(f"{LONG}: the session has no presses at control points")
     pairs = {name: (shown.mapped[name], walk.counted[name]) for name in STRATEGIES}
     return control_point_errors(shown.floor, shown.landmarks, pairs)
 
@@ -135,7 +137,7 @@ def _overlay(results: PaperResults) -> Figure:
     shown = ShownSession.of(results, TRACKED, station_settings(results.settings.mapping))
     walk = walk_of(results.walks.tracked, TRACKED)
     if walk is None:
-        raise SessionError(f"{TRACKED}: could not be compared with the total station's track")
+        raise SessionError(f"{TRACKED}: the session could not be compared with the total station's track")
     return station_overlay(shown.floor, shown.landmarks, SHOWN, shown.mapped[SHOWN], walk.counted[SHOWN])
 
 
@@ -143,7 +145,7 @@ def _scans(results: PaperResults) -> Figure:
     shown = ShownSession.of(results, SCANNED)
     wifi = label_readings(shown.session.tables["wifi"], shown.mapped[SHOWN], results.settings.labels)
     if wifi["x"].count() == 0:
-        raise SessionError(f"{SCANNED}: has no labelled Wi-Fi reading")
+        raise SessionError(f"{SCANNED}: the session has no labelled Wi-Fi reading")
     return scan_labels(shown.floor, shown.landmarks, wifi)
 
 
@@ -163,7 +165,7 @@ def _station_distribution(results: PaperResults) -> Figure:
 
 def _some(walks: list[PaperWalk], what: str) -> list[PaperWalk]:
     if not walks:
-        raise SessionError(f"no walk {what} is in this data")
+        raise SessionError(f"the data contains no walk {what}")
     return walks
 
 
@@ -189,7 +191,7 @@ def _record(walks: list[PaperWalk], strategy: str) -> ErrorRecord:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure: its file's stem, what it shows, what the paper's own shows or says, and how it is drawn."""
+    """A figure: stem of its files, title, description (compared with the paper's), and drawing function."""
 
     stem: str
     title: str
@@ -201,21 +203,21 @@ FIGURES = (
     PaperFigure(
         "landmarks",
         "Landmark configuration",
-        "Landmarks and control points of each floor. Not a figure of its own in the paper.",
+        "Landmarks and control points of each floor. The paper has no such figure.",
         _configuration,
     ),
     PaperFigure(
         "figure_1",
         "Figure 1: from landmarks to labelled readings",
-        f"The steps that the paper's diagram names, on one walk ({FLAWED}): landmarks are surveyed, a walk is recorded "
-        "in the tracker's frame, mapped where tracking did not fail, and gives its readings their positions.",
+        f"The steps of the paper's diagram on one walk ({FLAWED}): survey landmarks, record a walk in the tracker's "
+        "frame, map the parts without tracking failures, and label readings.",
         _workflow,
     ),
     PaperFigure(
         "figure_2",
         "Figure 2: visits to landmarks",
-        f"Distance from the camera to each landmark ({SPLIT}). A visit is the least distance of each stay within the "
-        "dashed radius; it splits the walk. The paper's radius is 1 m, too.",
+        f"Distance from the camera to each landmark ({SPLIT}). A visit is the minimum of each stay within the "
+        "dashed radius, and it splits the walk. The radius is 1 m, as in the paper.",
         _visits,
     ),
     PaperFigure(
@@ -226,63 +228,63 @@ FIGURES = (
     ),
     PaperFigure(
         "figure_4",
-        "Figure 4: a flawed recording and what strategies make of it",
-        f"One walk ({FLAWED}). In the paper one mapping of the whole walk fails here; local mapping saves what was "
-        "tracked well.",
+        "Figure 4: a flawed recording mapped by each strategy",
+        f"One walk ({FLAWED}). In the paper, mapping the whole walk at once fails here; local mapping saves the parts "
+        "with good tracking.",
         _flawed,
     ),
     PaperFigure(
         "figure_5",
         "Figure 5: a walk of 15 minutes over control points",
-        f"Each label at a press is joined to its nearest control point ({LONG}); mean errors in the titles. In the "
-        "paper the global mapping has the least error on this walk, 0.57 m.",
+        f"Lines join each label at a press to the nearest control point ({LONG}); titles show mean errors. In the "
+        "paper, global mapping has the smallest error on this walk, 0.57 m.",
         _long_walk,
     ),
     PaperFigure(
         "figure_6",
         "Figure 6: error against landmark movement",
-        "A point for each walk over control points and strategy. In the paper the global mapping's error rises with "
-        "the movement, up to 20.78 m; Local (corrected) has 0.87 m at most.",
+        "Each point is a walk over control points mapped by one strategy. In the paper, the error of global mapping "
+        "grows with the movement, up to 20.78 m; that of Local (corrected) is at most 0.87 m.",
         _movement,
     ),
     PaperFigure(
         "figure_7",
         "Figure 7: a walk before the total station",
-        f"The mapped walk over the measured track ({TRACKED}), and its error. In the paper the two can hardly be told "
-        "apart; the mean over all such walks is 0.18 m.",
+        f"The mapped walk over the measured track ({TRACKED}), and its error. In the paper, the two almost coincide; "
+        "the mean error over all such walks is 0.18 m.",
         _overlay,
     ),
     PaperFigure(
         "figure_8",
         "Figure 8: fingerprints by device and floor",
-        f"Labelled by {SHOWN}; pale: scans without a label, on the floor of their walk. The paper's set has "
+        f"Labels by {SHOWN}; pale: scans without a label, counted on the floor of their walk. The paper's set has "
         f"{PAPER_FINGERPRINTS} labelled fingerprints of four phones on five floors.",
         _fingerprints,
     ),
     PaperFigure(
         "figure_9",
         "Figure 9: labels of single scans",
-        f"Each Wi-Fi reading where it was taken ({SCANNED}), a colour for each scan; the star is what a whole scan is "
-        "labelled with.",
+        f"Positions of Wi-Fi readings ({SCANNED}), with a colour for each scan; the star is the label of the whole "
+        "scan.",
         _scans,
     ),
     PaperFigure(
         "distribution_control_points",
         "Errors at control points",
-        "Share of all presses whose label is no farther off, with 95 % intervals over walks. Not in the paper.",
+        "Share of all presses with at most this error, with 95 % intervals over walks. Not in the paper.",
         _press_distribution,
     ),
     PaperFigure(
         "distribution_total_station",
         "Errors against the total station",
-        "Share of all measured points whose label is no farther off, with 95 % intervals over walks. Not in the paper.",
+        "Share of all measured points with at most this error, with 95 % intervals over walks. Not in the paper.",
         _station_distribution,
     ),
     PaperFigure(
         "coverage",
         "Share labelled against error",
-        "All walks before the total station. Where a strategy states sigma, a limit on it trades labels for accuracy; "
-        "without, there is one point. Not in the paper.",
+        "All walks before the total station. For strategies with sigma, a limit on it trades labels for accuracy; "
+        "others have one point. Not in the paper.",
         _coverage,
     ),
 )

@@ -1,4 +1,4 @@
-"""The paper's evaluation in one go: its tables and figures from data in the published layout."""
+"""Reproduces the paper's tables and figures from data in the published layout."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ from vislam2tag.views.result_pages import CollectionPart, FigurePart, Positionin
 PROGRAM = "vislam2tag paper"
 PAGE_FILE, WALKS_FILE, TABLE_3, TABLE_4 = "index.html", "walks.csv", "table_3", "table_4"
 POSITIONING_FOLDER = "positioning"
-"""Where in the output folder the benchmark lies; its runs are not repeated."""
+"""Folder of the benchmark in the output; its runs are not repeated."""
 _TEXTS, _PICTURES = ("csv", "tex", "md"), ("svg", "pdf")
 _OWN = OwnFiles.of(
     (
@@ -67,7 +67,7 @@ NAMES = {name: name_of(name) for name in STRATEGIES}
 
 @dataclass(frozen=True)
 class ReproducedPaper:
-    """What could be made of the paper, and what could not."""
+    """Results of a reproduction, and its failures."""
 
     tables: list[TablePart]
     collection: CollectionPart
@@ -84,12 +84,12 @@ def reproduce(
     progress: Progress[Stage] = silent,
     model_seeds: int | None = None,
 ) -> ReproducedPaper:
-    """Make the paper's tables and figures from the surveys in ``root`` and below, into ``out``.
+    """Write the paper's tables and figures from the surveys in ``root`` and below to ``out``.
 
     Writes each table as CSV, LaTeX and Markdown, each figure as SVG and PDF, every walk's errors (``walks.csv``), and
-    ``index.html`` with all of it; what the data lacks is named there. With ``model_seeds`` the paper's networks are
-    trained so often on the walks that collect, for Table IV; it takes most of the time. Raises SurveyError where
-    ``root`` holds no survey, UsageError for ``model_seeds`` without PyTorch, OutputError where ``out`` cannot be
+    ``index.html`` with everything, which also lists missing parts. With ``model_seeds`` the paper's networks are
+    trained that often on the collecting walks for Table IV, which takes most of the time. Raises SurveyError if
+    ``root`` contains no survey, UsageError for ``model_seeds`` without PyTorch, OutputError if ``out`` cannot be
     written.
     """
     root, out = Path(root), Path(out)
@@ -136,7 +136,7 @@ def _table(
     stem: str, tabulate: Callable[[Sequence[WalkErrors], Sequence[str]], PaperTable], walks: list[PaperWalk], which: str
 ) -> TablePart:
     table = tabulate([walk.errors for walk in walks], STRATEGIES)
-    return TablePart(stem, table, labelled_shares(walks), "" if walks else f"No walk {which} is in this data.")
+    return TablePart(stem, table, labelled_shares(walks), "" if walks else f"The data contains no walk {which}.")
 
 
 def _write_table(folder: OutputFolder, part: TablePart) -> None:
@@ -147,7 +147,7 @@ def _write_table(folder: OutputFolder, part: TablePart) -> None:
 
 
 def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> CollectionPart:
-    """Write Table III and say what a person-hour gave."""
+    """Write Table III and a sentence about fingerprints per person-hour."""
     if statistics is None:
         return CollectionPart(TABLE_3, None, missing=f"{NO_COLLECTION.capitalize()}.")
     table = Table3.of(statistics.by_device, statistics.walks, beside_paper=True)
@@ -155,11 +155,11 @@ def _collection(folder: OutputFolder, statistics: DatasetStatistics | None) -> C
         folder.put_text(f"{TABLE_3}.{suffix}", text_of(table))
     wifi = statistics.technologies["wifi"]
     cost = wifi.labelled_per_person_hour
-    rate = "" if cost is None else f", {cost:.0f} an hour of walking"
+    rate = "" if cost is None else f", {cost:.0f} per hour of walking"
     sentence = (
-        f"{wifi.labels.labelled} labelled fingerprints{rate}; the paper's set has {PAPER_FINGERPRINTS}, from two "
-        "people in under two hours, setting up included: over 512 a person-hour. Velocity is distance over duration; "
-        "the paper's velocities exceed its own distance over duration, which is 0.64 to 0.80 m/s."
+        f"{wifi.labels.labelled} labelled fingerprints{rate}. The paper's set has {PAPER_FINGERPRINTS}, from two "
+        "people in less than two hours including setup, which is over 512 per person-hour. Velocity is distance over "
+        "duration; the paper's velocities exceed its own distance over duration, which is 0.64 to 0.80 m/s."
     )
     return CollectionPart(TABLE_3, table, sentence)
 
@@ -184,7 +184,7 @@ def _figure(folder: OutputFolder, figure: PaperFigure, results: PaperResults) ->
 
 
 def refuse_without_networks(seeds: int | None) -> None:
-    """Raise UsageError where networks are asked for and PyTorch is not installed: before the work, not after it."""
+    """Raise UsageError before the work if networks are requested and PyTorch is not installed."""
     if seeds is not None:
         for choice in published_choices():
             choice.made(None)
@@ -193,15 +193,15 @@ def refuse_without_networks(seeds: int | None) -> None:
 def paper_positioning(
     folder: OutputFolder, fingerprints: Path | None, seeds: int | None, progress: Progress[Stage]
 ) -> PositioningPart:
-    """Train and test on the data set in ``fingerprints``, and write Table IV; without ``seeds`` say how to have it."""
+    """Train and test on the data set in ``fingerprints``, and write Table IV (without ``seeds``: how to get it)."""
     if fingerprints is None or seeds is None:
-        return PositioningPart(TABLE_4, None, "Made with --models, which trains the paper's networks.")
+        return PositioningPart(TABLE_4, None, "Use --models to train the paper's networks.")
     if not is_dataset(fingerprints):
-        return PositioningPart(TABLE_4, None, "No walk that collects fingerprints is in this data.")
+        return PositioningPart(TABLE_4, None, "The data contains no walk for collecting fingerprints.")
     dataset = open_dataset(fingerprints)
     splits = [name for name in TABLE_4_SPLITS if name in dataset.splits]
     if not splits:
-        return PositioningPart(TABLE_4, None, "There are too few fingerprints to hold some out.")
+        return PositioningPart(TABLE_4, None, "There are too few fingerprints for a test set.")
     plan = BenchmarkPlan(list(published_choices()), splits, seeds, beside_paper=True)
     found = benchmark(dataset, folder.root / POSITIONING_FOLDER, plan, progress)
     table = table_4(found.rows)

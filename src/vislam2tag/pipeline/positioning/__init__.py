@@ -1,1 +1,1 @@
-"""From data sets to positioning models (train), from scans to positions (locate), and models compared."""
+"""From data sets to positioning models (train), from scans to positions (locate), and comparison of models."""

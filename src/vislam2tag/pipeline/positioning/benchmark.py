@@ -1,6 +1,6 @@
-"""Benchmark of positioning models on a data set: every run once, kept as it ends; tables, figures and a page.
+"""Benchmark of positioning models on a data set: runs, tables, figures and a page.
 
-The figures are drawn from the predictions that its runs kept.
+Results of finished runs are kept; figures are drawn from their predictions.
 """
 
 from __future__ import annotations
@@ -70,13 +70,15 @@ from vislam2tag.views.result_pages import FigurePart, write_benchmark_page
 Drawn = tuple[FigurePart, dict[str, bytes]]
 Predictions = Mapping[Path, RunRecord]
 """The file of each run's predictions."""
-_ERRORS = "All scans that test, of all folds and seeds. A curve ends at the share that the model answered."
-_CONFUSION = "In rows the true floor, in columns the found one; percent of the true floor's scans, all folds and seeds."
-_CALIBRATION = (
-    "Left: shares of true places within the stated radii, grey where they count as calibrated. Right: do errors grow "
-    "with the radius? On the line they do as stated, above it they are larger. All folds and seeds."
+_ERRORS = "All test scans of all folds and seeds. A curve ends at the share that the model answered."
+_CONFUSION = (
+    "Rows: true floor; columns: predicted floor; percentages of the true floor's scans over all folds and seeds."
 )
-_MAP = "Each scan where it was taken, joined to where the model put it (all folds, first seed)."
+_CALIBRATION = (
+    "Left: shares of true positions within the predicted radii; the grey range counts as calibrated. Right: errors by "
+    "predicted radius; above the line they are larger than predicted. All folds and seeds."
+)
+_MAP = "Each scan at its true position, with a line to the predicted one (all folds, first seed)."
 
 
 def benchmark_figures(dataset: Dataset, runs: Predictions) -> Iterator[Drawn]:
@@ -92,7 +94,7 @@ def benchmark_figures(dataset: Dataset, runs: Predictions) -> Iterator[Drawn]:
         storeys, counts = _confusion(tables)
         if len(storeys) > 1:
             yield _part(
-                f"floors.{slug}", f"Floors confused, split {split}", _CONFUSION, floor_confusion(storeys, counts)
+                f"floors.{slug}", f"Confused floors, split {split}", _CONFUSION, floor_confusion(storeys, counts)
             )
         for name, stem in zip(tables, unique_slugs(list(tables)), strict=True):
             floors = _floors(dataset, _read(here, name, first_seed=True))
@@ -112,7 +114,7 @@ def _part(stem: str, title: str, about: str, figure: Figure) -> Drawn:
 
 
 def _confusion(tables: Mapping[str, pl.DataFrame]) -> tuple[list[str], dict[str, FloatArray]]:
-    """Names of the storeys (s), in order, and by model how many scans of each are found on each (s, s)."""
+    """Names of the storeys (s), in order, and by model the number of scans by true and predicted storey (s, s)."""
     pairs: dict[str, pl.DataFrame] = {}
     for name, table in tables.items():
         known = table.filter(pl.col("found_floor").is_not_null())
@@ -153,49 +155,53 @@ _KEY_LETTERS = 12
 
 @dataclass(frozen=True)
 class BenchmarkPlan:
-    """What is compared."""
+    """Models and options of a benchmark."""
 
     models: Sequence[ModelChoice]
     splits: Sequence[str] = ()
-    """Names of the data set's splits; none: the official one, else ``random``."""
+    """Names of the data set's splits; none: the official one, or otherwise ``random``."""
     seeds: int = 5
     technology: str = "wifi"
     beside_paper: bool = False
-    """Whether the paper's Table IV is made of it."""
+    """Whether to write the paper's Table IV."""
 
 
 @contextmanager
 def public_dataset(name: str, data: AnyPath) -> Iterator[Dataset]:
-    """Open a public data set from its files, imported into a folder that is gone afterwards.
+    """Open a public data set from its files, imported into a temporary folder.
 
-    Raises UsageError for an unknown name, DatasetError for files that are missing or not of it, or only one part of it.
+    Raises UsageError for an unknown name, DatasetError for files that are missing, incomplete or of something else.
     """
     data = Path(data)
     if name not in PUBLIC:
-        raise UsageError(f"--dataset {name}: is none of the public data sets known: {', '.join(PUBLIC)}")
+        raise UsageError(f"--dataset {name}: unknown data set; choose one of {', '.join(PUBLIC)}")
     if not data.exists():
-        raise DatasetError(f"{data}: no such file or folder; --data is where the files of {name} lie, as published")
+        raise DatasetError(
+            f"{data}: no such file or folder; --data must be the folder with the published files of {name}"
+        )
     with scratch_folder() as scratch:
         dataset = import_format(data, scratch / name, ImportOptions(format_name=PUBLIC[name]))
         split = _official(dataset)
         if split is None or any(part.is_empty() for fold in split.info.folds for part in split.train_test_ids(fold)):
-            raise DatasetError(f"{data}: holds only a part of {name}; put its training and test files together")
+            raise DatasetError(
+                f"{data}: the folder contains only a part of {name}; put its training and test files together"
+            )
         yield dataset
 
 
 def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Progress[Stage] = silent) -> Benchmark:
-    """Make every run that ``out`` does not hold yet, and write tables, figures, page and ``benchmark.json``.
+    """Do all runs that ``out`` does not contain yet, and write tables, figures, page and ``benchmark.json``.
 
-    ``dataset`` lies in a folder (:func:`~vislam2tag.datasets.folder.open_dataset`). Raises UsageError for a model,
-    parameter or split that there is not, DatasetError where nothing is labelled, OutputError where ``out`` cannot be
-    written; a run that fails stands in ``Benchmark.failed``.
+    ``dataset`` is in a folder (:func:`~vislam2tag.datasets.folder.open_dataset`). Raises UsageError for a model,
+    parameter or split that there is not, DatasetError if nothing is labelled, OutputError if ``out`` cannot be
+    written; failed runs are in ``Benchmark.failed``.
     """
     out = Path(out)
     splits = [split_named(dataset, name) for name in plan.splits or [_usual_split(dataset)]]
     runs = list(planned(plan.models, splits, plan.seeds))
     data = learning_data(dataset, plan.technology)
     with claim(out, _run_record(dataset, plan, splits), PROGRAM, OwnFiles.of((*_OF_RUN, PAGE_FILE))) as folder:
-        folder.discard(*_OF_RUN, folders=(FIGURES,))  # what an earlier benchmark summed up; its runs stay
+        folder.discard(*_OF_RUN, folders=(FIGURES,))  # summary files of an earlier benchmark; its runs stay
         made: dict[str, tuple[RunRecord, RunTime]] = {}
         failed: list[FailedRun] = []
         for number, run in enumerate(runs):
@@ -216,7 +222,7 @@ def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Pro
         folder.put_text(TIMES_FILE, times_csv(model_times(list(made.values()))))
         figures = list(_drawn(folder, dataset, predictions))
         folder.write(PAGE_FILE, lambda path: write_benchmark_page(path, found, figures, table))
-        folder.put_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")  # last: the mark that all is there
+        folder.put_text(RECORD_FILE, found.model_dump_json(indent=1) + "\n")  # last, as the mark of a complete output
     return found
 
 
@@ -226,10 +232,12 @@ def _within(run: BenchmarkRun, number: int, runs: int, progress: Progress[Stage]
 
 
 def split_named(dataset: Dataset, name: str) -> Split:
-    """Return a split of the data set; raises UsageError where it has none of this name."""
+    """Return a split of the data set; raises UsageError if it has none of this name."""
     if name not in dataset.splits:
         there = ", ".join(dataset.splits) or "none"
-        raise UsageError(f"--split {name}: {dataset.info.name} has no such split; it has: {there} (vislam2tag split)")
+        raise UsageError(
+            f"--split {name}: {dataset.info.name} has no such split; it has: {there}. Create one with vislam2tag split"
+        )
     return dataset.splits[name]
 
 
@@ -257,7 +265,7 @@ def _run_record(dataset: Dataset, plan: BenchmarkPlan, splits: Sequence[Split]) 
 def _made(
     folder: OutputFolder, dataset: Dataset, data: LearningData, run: BenchmarkRun, progress: Progress[float]
 ) -> tuple[str, tuple[RunRecord, RunTime]]:
-    """Return a run's name, record and time: as they were kept, else made now and kept, the record last."""
+    """Return a run's name, record and time: the kept ones, or new ones, which are kept with the record last."""
     key = run.key(
         dataset, code_key(BenchmarkRun.__module__, predictions_table.__module__, *model_modules(run.model.name))
     )

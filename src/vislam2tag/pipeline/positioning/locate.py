@@ -1,4 +1,4 @@
-"""Scans become positions by a saved model, some thousand at a time."""
+"""Locates scans with a saved model, some thousand at a time."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ LOCATED = {
     "radius_95_m": pl.Float64,
     "floor_probability": pl.Float64,
 }
-"""Columns: BCS metres; null where the status is ``unknown``; ``z`` where no height was learned;
-``building`` where it has no name. ``unlike``: nothing like the scan was learned."""
+"""Columns: BCS metres; null if the status is ``unknown``; ``z`` if no height was learned;
+``building`` if it has no name. ``unlike``: the scan is unlike all training data."""
 _DECIMALS = 3
 Write = Callable[[str], object]
 _NAMES_KEPT = 100_000
-"""Access points whose name in the model is remembered."""
+"""Size of the cache of access point names."""
 
 
 def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
@@ -72,27 +72,27 @@ def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
 
 @dataclass(frozen=True)
 class LocatedScans:
-    """What became of the scans."""
+    """Counts of scans by result."""
 
     scans: int
     unknown: int
     unlike: int
-    """Scans that nothing was learned like."""
+    """Scans that are unlike all training data."""
     access_points: int
-    """How many the model knows."""
+    """Number of access points that the model knows."""
     findings: tuple[Finding, ...]
     advice: str | None
-    """What must be known of hashed identifiers, where it matters."""
+    """Advice on hashed identifiers, if it applies."""
     in_walks: int = 0
-    """Scans that others of their walk helped to locate."""
+    """Scans that were located together with others of their walk."""
     tracked: int = 0
-    """Of those, scans that a track tells the motion of."""
+    """Of those, scans with motion from a track."""
     usable: int = 0
     """Scans with at least one usable reading."""
 
     @property
     def located(self) -> int:
-        """How many got a position."""
+        """Number of scans with a position."""
         return self.scans - self.unknown
 
     @property
@@ -101,24 +101,24 @@ class LocatedScans:
         if self.located:
             return Judgement(answer=Answer.NOTHING_WRONG, looked_at=f"{self.located} of {counted(self.scans, 'scan')}")
         if self.usable:
-            why = f"no scan hears one of the model's {counted(self.access_points, 'access point')}"
+            why = f"no scan contains any of the model's {counted(self.access_points, 'access point')}"
         elif self.findings:
-            why = "no line could be used"
+            why = "no line is usable"
         else:
-            why = "there is no scan"
+            why = "the input contains no scan"
         return Judgement(answer=Answer.NOT_JUDGED, why=why)
 
 
 @dataclass(frozen=True)
 class WalkPlan:
-    """How the scans of a walk help each other."""
+    """How scans of a walk are located together."""
 
     sequence: SequenceMethod
     tracks: Tracks | None = None
 
 
 class _WalkEstimation:
-    """Filters or smooths block after block; every walk lies in one of them."""
+    """Filters or smooths block after block; every walk is within one block."""
 
     def __init__(self, plan: WalkPlan | None) -> None:
         self.plan = plan
@@ -126,15 +126,17 @@ class _WalkEstimation:
         self._ended: set[str] = set()
 
     def helped(self, found: Positions, block: ScanBlock) -> Positions:
-        """Return positions with the help of the walk; as they are where nothing was planned."""
+        """Return positions filtered over the walk, or unchanged without such a plan."""
         if self.plan is None:
             return found
         scans = block.scans
         walks = {str(name) for name in np.unique(scans.session)} - {""}
         if not walks and not self._ended:
-            raise UsageError("--sequence and --track: no scan tells its session and time_ns; add both columns")
+            raise UsageError("--sequence and --track need the columns session and time_ns; add both to the scans")
         if again := walks & self._ended:
-            raise DatasetError(f"session {min(again)} comes again after others; sort the scans by session and time_ns")
+            raise DatasetError(
+                f"scans of session {min(again)} are not consecutive; sort the scans by session and time_ns"
+            )
         self._ended |= walks
         track_m = None if self.plan.tracks is None else self.plan.tracks.at(scans)
         self.scans += int((scans.session != "").sum())
@@ -153,9 +155,9 @@ def locate(
 ) -> LocatedScans:
     """Locate the scans of a file or of a data set's folder; ``write`` gets CSV or JSON lines, block by block.
 
-    ``key`` hashes identifiers as those of the model's data set were. With ``walks`` scans of a session help each other.
-    Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError where one is hashed in another
-    way than the other, or where scans tell no session though ``walks`` need it.
+    ``key`` hashes identifiers as those of the model's data set were. With ``walks``, scans of a session are located
+    together. Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError if their hashing
+    differs, or if ``walks`` need sessions and scans have none.
     """
     model, scans = Path(model), Path(scans)
     saved = load_model(model)
@@ -184,12 +186,12 @@ def locate(
 
 
 def hashing_advice(saved: SavedModel) -> str | None:
-    """Say how scans must be hashed for this model; None where its access points are plain."""
+    """Say how scans must be hashed for this model; None if its access points are plain."""
     if saved.origin.bssid_key is None:
         return None
     return (
-        f"the model knows access points by their hash with key {saved.origin.bssid_key}: give --hash-bssid KEYFILE, or "
-        "scans whose bssid is the first 32 hex digits of HMAC-SHA256(key, address in lower case with colons)"
+        f"the model's access points are hashed with key {saved.origin.bssid_key}: use --hash-bssid KEYFILE, or scans "
+        "with bssid as the first 32 hex digits of HMAC-SHA256(key, address in lower case with colons)"
     )
 
 
@@ -197,16 +199,16 @@ def _check_key(saved: SavedModel, key: bytes | None) -> None:
     if key is None:
         return
     if saved.origin.bssid_key is None:
-        raise UsageError("--hash-bssid: the model knows access points by their plain identifiers; leave it out")
+        raise UsageError("--hash-bssid: the model's access points have plain identifiers; remove this option")
     if key_name(key) != saved.origin.bssid_key:
         raise UsageError(
-            f"--hash-bssid: the model's data set was hashed with key {saved.origin.bssid_key}, the file holds key "
-            f"{key_name(key)}"
+            f"--hash-bssid: the model's data set was hashed with key {saved.origin.bssid_key}, but the file contains "
+            f"key {key_name(key)}"
         )
 
 
 def namer(saved: SavedModel, key: bytes | None) -> Callable[[str], str]:
-    """Return what makes the model's name of an identifier, whatever notation and case it is written in."""
+    """Return a function from an identifier, in any notation and case, to its name in the model."""
     points = saved.model.access_points_
     known = {normal_address(point).lower(): point for point in reversed(points)} | {point: point for point in points}
 
@@ -227,13 +229,13 @@ def _dataset_blocks(
     dataset = open_dataset(folder)
     theirs, ours = dataset.info.bssid_key, saved.origin.bssid_key
     if theirs is not None and key is not None:
-        raise UsageError(f"--hash-bssid: {dataset.info.name} is hashed already; leave it out")
+        raise UsageError(f"--hash-bssid: {dataset.info.name} is already hashed; remove this option")
     if key is None and theirs != ours:
         if theirs is None:
-            raise UsageError(f"{dataset.info.name} holds plain identifiers, but {hashing_advice(saved)}")
+            raise UsageError(f"{dataset.info.name} contains plain identifiers, but {hashing_advice(saved)}")
         raise UsageError(
-            f"{dataset.info.name} is hashed with key {theirs}, the model's access points are "
-            f"{'plain' if ours is None else f'hashed with key {ours}'}; use the set that it was hashed from"
+            f"{dataset.info.name} is hashed with key {theirs}, but the model's access points are "
+            f"{'plain' if ours is None else f'hashed with key {ours}'}; use the original, unhashed data set"
         )
     wanted = dataset.fingerprints.filter(pl.col("technology") == saved.origin.technology)
     for session in each_session(wanted, dataset.readings):

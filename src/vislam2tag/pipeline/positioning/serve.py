@@ -1,6 +1,6 @@
-"""A served model over HTTP: scans in, positions out; what the model knows, and plans of a data set.
+"""Serves a model over HTTP: locates scans, and provides facts about the model and plans of a data set.
 
-Requests are bounded; limits are part of the messages, so that the OpenAPI description tells them.
+Requests are limited; limits are part of the messages, so that the OpenAPI description contains them.
 """
 
 from __future__ import annotations
@@ -46,20 +46,22 @@ class _Message(FiniteRecord, use_attribute_docstrings=True):
 
 
 class Scan(_Message):
-    """What a phone heard at one place."""
+    """A scan by a phone at one place."""
 
     scan_id: Name
-    """Comes back with the position."""
+    """Returned with the position."""
     readings: Annotated[dict[Name, Level], Field(max_length=MOST_READINGS)]
-    """Level in dBm of each access point, by its address."""
+    """Signal strength (dBm) of each access point by address."""
     session: Annotated[str, Field(max_length=_LONGEST_NAME)] = ""
-    """Walk; scans of one that are asked for at once tell together how large their circles are. Empty: none."""
+    """Name of the walk. Scans of one walk in the same request calibrate their radii together. Empty: none."""
 
     @field_validator("readings")
     @classmethod
     def _has_addresses(cls, readings: dict[str, float]) -> dict[str, float]:
         if masked := sorted(name for name in readings if is_masked(name)):
-            raise ValueError(f"{masked[0]} is no address; Android gives it to apps without the location permission")
+            raise ValueError(
+                f"{masked[0]} is not an address; Android reports it to apps without the location permission"
+            )
         return readings
 
 
@@ -70,23 +72,23 @@ class LocateRequest(_Message):
 
 
 class Position(_Message):
-    """Where a scan was taken, as `vislam2tag locate` writes it; all but id and status are null where it is unknown."""
+    """Position of a scan, as `vislam2tag locate` writes it; fields except id and status are null if it is unknown."""
 
     scan_id: str
     status: Literal["ok", "unlike", "unknown"]
-    """``unlike``: nothing like the scan was learned, so that no radius can be relied on."""
+    """``unlike``: the scan is unlike all training data, so do not rely on the radii."""
     building: str | None
     floor: int | None
     x: float | None
     """Metres in the frame of the floor (BCS), as y."""
     y: float | None
     z: float | None
-    """Metres above the building's zero; null where the data set knows no heights."""
+    """Metres above the building's zero; null if the data set has no heights."""
     radius_68_m: float | None
-    """The true place lies within so many metres in the plane with 68 % probability."""
+    """Radius around the position that contains the true position with 68 % probability, metres."""
     radius_95_m: float | None
     floor_probability: float | None
-    """What the model gives this floor."""
+    """Probability of this floor according to the model."""
 
 
 class LocateAnswer(_Message):
@@ -96,7 +98,7 @@ class LocateAnswer(_Message):
 
 
 class ServedFloor(_Message):
-    """A floor that the model knows; the plan's extent in metres where a plan is served."""
+    """A floor that the model knows; the plan's extent in metres if a plan is served."""
 
     building: str
     floor: int
@@ -108,16 +110,16 @@ class ServedFloor(_Message):
 
 
 class ServedModel(_Message):
-    """What answers."""
+    """The model that is served."""
 
     model: str
     dataset: str
     frame: str
     scans: int
-    """How many it learned from."""
+    """Number of training scans."""
     access_points: int
     hashed_with: str | None
-    """Name of the key that addresses must be hashed with; null: they are plain."""
+    """Name of the key that addresses must be hashed with; null: plain addresses."""
     floors: list[ServedFloor]
 
 
@@ -131,10 +133,10 @@ MOST_LATEST = 100
 
 
 class ServedAnswers:
-    """One model that answers; the latest positions are kept for the page."""
+    """A model that is served; the latest positions are kept for the page."""
 
     def __init__(self, saved: SavedModel, plans: Path | None = None) -> None:
-        """Take a model, and the data set whose plans are shown; raises DatasetError where there is none."""
+        """Serve a model, with plans of a data set; raises DatasetError if there is none."""
         self._saved = saved
         self._name = namer(saved, None)
         self._latest: deque[Position] = deque(maxlen=MOST_LATEST)
@@ -184,16 +186,16 @@ class ServedAnswers:
         return model_bytes(self._saved)
 
     def latest(self) -> LocateAnswer:
-        """Return the latest positions, the newest last."""
+        """Return the latest positions, with the newest last."""
         return LocateAnswer(positions=list(self._latest))
 
 
 MOST_BODY = 1 << 20
-"""Bytes that a request may bring."""
+"""Maximum bytes of a request."""
 BODY_S = 10.0
-"""A request's body must be whole so soon."""
+"""Time limit for a request's body."""
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
-"""Other names that lead here may be somebody's trick (DNS rebinding)."""
+"""Other host names may be an attack (DNS rebinding)."""
 _HEADERS = {
     "Cache-Control": "no-store",
     "Connection": "close",
@@ -215,7 +217,7 @@ _PAGE = {
 
 
 class RefusedError(Exception):
-    """An answer other than what was asked for."""
+    """An answer that refuses a request."""
 
     def __init__(self, status: int, message: str) -> None:
         super().__init__(message)
@@ -264,12 +266,12 @@ async def _file(answers: ServedAnswers, request: Request) -> Response:
 async def _plan(answers: ServedAnswers, request: Request) -> Response:
     number = int(request.path_params["number"])
     if not 0 <= number < len(answers.plans):
-        raise RefusedError(404, "there is no such plan; GET /model lists them")
+        raise RefusedError(404, "this plan does not exist; GET /model lists the plans")
     return FileResponse(answers.plans[number], headers=_HEADERS)
 
 
 async def _locate(answers: ServedAnswers, request: Request) -> Response:
-    # A page of another site cannot send this type without asking first, which is never answered.
+    # A page of another site cannot send this type without a preflight request, which is never answered.
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
         raise RefusedError(415, "send scans as application/json")
     try:
@@ -277,7 +279,7 @@ async def _locate(answers: ServedAnswers, request: Request) -> Response:
     except ValidationError as error:
         problem = error.errors()[0]
         place = ".".join(map(str, problem["loc"])) or "body"
-        raise RefusedError(422, f"{place}: {problem['msg']}; GET /api tells the form") from error
+        raise RefusedError(422, f"{place}: {problem['msg']}; GET /api describes the format") from error
     if not admit(request):
         raise RefusedError(429, "too many requests at once; send more scans in each")
     return _json(await run_in_threadpool(answers.locate, asked))
@@ -292,9 +294,9 @@ async def _body(request: Request) -> bytes:
     try:
         return await whole_body(request, MOST_BODY, BODY_S)
     except BrokenBodyError:
-        raise RefusedError(400, "the request broke off") from None
+        raise RefusedError(400, "the request was interrupted") from None
     except LargeBodyError:
-        raise RefusedError(413, f"a request may bring {MOST_BODY >> 20} MiB; send fewer scans at once") from None
+        raise RefusedError(413, f"a request may have at most {MOST_BODY >> 20} MiB; send fewer scans at once") from None
 
 
 def _json(record: BaseModel) -> Response:
@@ -307,12 +309,12 @@ async def _refuse(request: Request, error: Exception) -> Response:
         status, message = error.status, error.message
     else:
         status = error.status_code if isinstance(error, HTTPException) else 500
-        message = "there is no such address or method; GET /api lists them"
+        message = "this address or method does not exist; GET /api lists them"
     return Response(Refusal(message=message).model_dump_json(), status, _HEADERS, "application/json")
 
 
 def openapi() -> dict[str, Any]:
-    """The description of all addresses that programs ask (OpenAPI 3.1)."""
+    """The description of all addresses for programs (OpenAPI 3.1)."""
     kinds = (LocateRequest, LocateAnswer, ServedModel, Refusal)
     _, found = models_json_schema([(kind, "validation") for kind in kinds], ref_template="#/components/schemas/{model}")
 
@@ -339,8 +341,8 @@ def openapi() -> dict[str, Any]:
         "paths": {
             "/locate": {"post": locate},
             "/latest": get("latest", f"The last {MOST_LATEST} positions", answer("LocateAnswer")),
-            "/model": get("model", "What answers", answer("ServedModel")),
-            "/model.v2t": get("file", "The model's file, which an app embeds", file),
+            "/model": get("model", "Facts about the model", answer("ServedModel")),
+            "/model.v2t": get("file", "The model's file for use in apps", file),
         },
         "components": {"schemas": found["$defs"]},
     }

@@ -1,9 +1,9 @@
-"""A data set becomes a model's file."""
+"""Trains a model on a data set and saves it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,30 +29,30 @@ SEED = "seed"
 class TrainPlan:
     """What to train, and on what."""
 
-    model: str | None
+    model: str | None = None
     """None: the one that :func:`~vislam2tag.positioning.model_scores.tried_models` finds best."""
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Any] = field(default_factory=dict)
     split: str | None = None
     """Train on the training part of this split only; None: on all labelled fingerprints."""
     fold: str | None = None
-    """Of the split; may be left out where it has one."""
+    """Fold of the split; optional if it has only one."""
     seed: int | None = None
     technology: str = "wifi"
     onnx: AnyPath | None = None
     """Write the model as ONNX, too (networks and cell-density)."""
     budget_s: float = BUDGET_S
-    """How long trying models may take, where none is named."""
+    """Time limit for trying models, if none is named."""
     update: AnyPath | None = None
-    """A model's file, which learns the data set besides what it learned before; its kind and settings stay."""
+    """File of a model that also learns this data set; its kind and settings stay."""
 
 
 @dataclass(frozen=True)
 class HeldOutResult:
-    """How a model does on the test part."""
+    """Errors of a model on the test set."""
 
     score: Score
     radius_68_m: float
-    """Median; NaN where all answers are unknown."""
+    """Median; NaN if all answers are unknown."""
     radius_95_m: float
     """The same."""
 
@@ -63,27 +63,29 @@ class TrainedModel:
 
     saved: SavedModel
     tested: HeldOutResult | None
-    """None where there is no test part."""
+    """None without a test set."""
     trial: ModelTrial | None = None
-    """None where the model was named."""
+    """None if the model was named."""
     update: ModelUpdate | None = None
-    """None where nothing was updated."""
+    """None if nothing was updated."""
     findings: tuple[Finding, ...] = ()
-    """Readings of the data set that were left out because they can be none."""
+    """Readings of the data set that were skipped because they are impossible."""
 
 
 def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[float] = silent) -> TrainedModel:
     """Train a model on a data set's folder and save it.
 
-    Raises UsageError for what the data set or the model has not, DatasetError where there is nothing to learn from,
-    ModelError for a model's file that cannot be updated, OutputError where ``out`` cannot be written.
+    Raises UsageError for options that do not fit the data set or model, DatasetError without training data,
+    ModelError for a model's file that cannot be updated, OutputError if ``out`` cannot be written.
     """
     folder, out, onnx = Path(folder), Path(out), path_or_none(plan.onnx)
     for file in [out] if onnx is None else [out, onnx]:
         if file.is_dir() or not file.parent.is_dir():
-            raise OutputError(f"{file}: cannot be written (is a folder, or in none); choose another name")
+            raise OutputError(
+                f"{file}: cannot be written (it is a folder, or its folder does not exist); choose another name"
+            )
     if onnx is not None and onnx.resolve() == out.resolve():
-        raise UsageError(f"--onnx {onnx}: is the file of --out; choose another name")
+        raise UsageError(f"--onnx {onnx}: this is also the file of --out; choose another name")
     _check(plan)
     before = None if plan.update is None else load_model(plan.update)
     dataset = open_dataset(folder)
@@ -112,28 +114,28 @@ def _left_out(dataset: Dataset) -> tuple[Finding, ...]:
 
 
 def _check(plan: TrainPlan) -> None:
-    """Refuse a model or parameters that there are not, before anything is read."""
+    """Refuse unknown models or parameters before anything is read."""
     if plan.update is not None:
         if plan.model is not None or plan.parameters or plan.seed is not None or plan.onnx is not None:
-            raise UsageError("--update: keeps the model's kind and settings; leave --model, --set, --seed, --onnx out")
+            raise UsageError("--update keeps the model's kind and settings; remove --model, --set, --seed and --onnx")
     elif plan.model is not None:
         model_named(plan.model, **_parameters(plan.model, plan))
     elif plan.parameters or plan.seed is not None or plan.onnx is not None:
-        raise UsageError("--set, --seed, --onnx: belong to a model; name it by --model")
+        raise UsageError("--set, --seed and --onnx need a model; choose one with --model")
 
 
 def _updated(before: SavedModel, origin: ModelOrigin, later: LabelledScans, plan: TrainPlan) -> ModelUpdate:
-    """Join what a model learned with a later survey; refuse where names or places mean something else there."""
+    """Join a model's training data with a later survey; refuse if names or places differ in meaning."""
     known = before.model.learned()
     if known is None:
         raise UsageError(
-            f"--update {plan.update}: {before.name} keeps no fingerprints; join the data sets (vislam2tag join) and "
-            "train on both"
+            f"--update {plan.update}: {before.name} does not keep its fingerprints; join the data sets "
+            "(vislam2tag join) and train on both"
         )
     for what in ("technology", "frame", "bssid_key"):
         own, other = getattr(before.origin, what), getattr(origin, what)
         if own != other:
-            raise UsageError(f"--update {plan.update}: {what} is {own} in the model and {other} in {origin.dataset}")
+            raise UsageError(f"--update {plan.update}: {what} is {own} in the model, but {other} in {origin.dataset}")
     return updated(known, later, plan.technology)
 
 
@@ -143,7 +145,7 @@ def _joined_origin(before: ModelOrigin, later: ModelOrigin, update: ModelUpdate)
 
 
 def _model(plan: TrainPlan, trial: ModelTrial | None) -> tuple[str, Positioner]:
-    """Make the model that was named, or found best, not fitted."""
+    """Create the model that was named or found best, without training."""
     if plan.model is not None:
         return plan.model, model_named(plan.model, **_parameters(plan.model, plan))
     if trial is None:
@@ -162,29 +164,29 @@ def _parameters(model: str, plan: TrainPlan) -> dict[str, Any]:
     if plan.seed is None:
         return dict(plan.parameters)
     if SEED not in model_named(model).get_params():
-        raise UsageError(f"--seed: nothing in {model} is random")
+        raise UsageError(f"--seed: {model} does not use random numbers; remove this option")
     return {**plan.parameters, SEED: plan.seed}
 
 
 def _parts(dataset: Dataset, plan: TrainPlan) -> tuple[LearningData, LearningData | None, str]:
-    """Return what trains, what tests, and a name for the former."""
+    """Return training set, test set, and a name for the former."""
     if plan.split is None:
         if plan.fold is not None:
-            raise UsageError(f"--fold {plan.fold}: belongs to a split; give --split as well")
+            raise UsageError(f"--fold {plan.fold}: a fold needs a split; add --split")
         return learning_data(dataset, plan.technology), None, "all"
     split, fold = _fold(dataset, plan.split, plan.fold)
     learned, tested = learning_data(dataset, plan.technology).train_test(split, fold)
     part = f"split {split.info.name}, fold {fold.name}"
     if not len(learned):
-        raise DatasetError(f"{dataset.info.name}: no labelled fingerprint trains in {part}; choose another fold")
+        raise DatasetError(f"{dataset.info.name}: {part} has no labelled training fingerprint; choose another fold")
     return learned, tested if len(tested) else None, part
 
 
 def _fold(dataset: Dataset, split_name: str, fold_name: str | None) -> tuple[Split, Fold]:
     split = dataset.splits.get(split_name)
     if split is None:
-        there = ", ".join(sorted(dataset.splits)) or "none; vislam2tag split makes one"
-        raise UsageError(f"--split {split_name}: the data set has no such split; there are: {there}")
+        there = ", ".join(sorted(dataset.splits)) or "none (create one with vislam2tag split)"
+        raise UsageError(f"--split {split_name}: the data set has no such split; available: {there}")
     names = [fold.name for fold in split.info.folds]
     if fold_name is None and len(names) == 1:
         fold_name = names[0]

@@ -1,7 +1,7 @@
-"""Output folders are claimed by one run, or refused for what they contain.
+"""Claims output folders for one run, or refuses them because of their contents.
 
-A folder of this machine is locked. In an object store no program can hold a lock: several programs may write at once as
-long as their runs are the same, and the record of the run, ``run.json``, is written conditionally.
+A folder on this machine is locked. Object stores have no locks: several programs may write at once if their runs are
+the same, and the record of the run, ``run.json``, is written conditionally.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from vislam2tag.pipeline.run.output import REPORT_FILE, OutputFolder
 
 LOCK = ".lock"
 OF_RUN = (SUMMARY_FILE, REPORT_FILE, CONFLICTS_PAGE, CONFLICTS_FILE)
-"""What a run of ``process`` sums up last."""
+"""Files that a run of ``process`` writes last."""
 _OF_EVERY_RUN = OwnFiles.of([RUN_FILE, LOG_FILE])
 
 
@@ -42,10 +42,10 @@ def claim(
     replace: bool | None = None,
     keep_summary: bool = False,
 ) -> Iterator[OutputFolder]:
-    """Open an output folder for one run: new, empty or of the same ``program``; raises OutputError otherwise.
+    """Open an output folder for one run: new, empty or of the same ``program``. Raises OutputError otherwise.
 
-    ``own`` names the files that the run may write besides those that every run writes; they are recorded as ours. With
-    ``replace`` what another command of ours wrote is removed first, by its own record; None: it is never replaced.
+    ``own`` names the files that the run may write in addition to those of every run; they are recorded as ours. With
+    ``replace`` the files of another command are removed first, according to its record; None: they are never replaced.
     With ``keep_summary`` the summary of an earlier run stays if that run's record was the same. Raises StoreError if a
     store cannot be written or has no conditional writes, OutputError if a run of other settings took it meanwhile.
     """
@@ -72,14 +72,14 @@ def _claimed_here(
         _refuse_foreign(root, program, replace)
     except OSError as error:
         reason = "a file, not a folder" if root.is_file() else error.strerror
-        raise OutputError(f"{root}: cannot be the output folder ({reason}); choose another --out") from error
-    with only_one(folder, LOCK, f"{root}: another run is writing there; wait for it or choose another --out"):
+        raise OutputError(f"{root}: cannot be used as the output folder ({reason}); choose another --out") from error
+    with only_one(folder, LOCK, f"{root}: another run is writing to this folder; wait for it or choose another --out"):
         if _refuse_foreign(root, program, replace):
             _empty(output)
         before = _content(output)
         if not (keep_summary and before == content):
             output.discard(*OF_RUN, LOG_FILE)
-        others = OwnFiles() if before is None else output.own()  # without a run all that it names is gone
+        others = OwnFiles() if before is None else output.own()  # without a run, none of its files exist
         output.change_own(lambda _: own.with_those_of(others))
         output.put_text(RUN_FILE, content.decode())
         with logged_to(folder):
@@ -87,7 +87,7 @@ def _claimed_here(
 
 
 def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
-    """Refuse a non-empty folder that no command of ours wrote, or without a record of its files.
+    """Refuse a non-empty folder that none of our commands wrote, or without a record of its files.
 
     Return whether another command of ours wrote it.
     """
@@ -100,12 +100,14 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
         if OWN_FILES in there and not there & {RUN_FILE, MANIFEST} and _owned(root) <= {LOCK, OWN_FILES}:
             return False
         raise OutputError(
-            f"{root}: is not empty and was not made by {program} (it holds no {RUN_FILE} of it); "
+            f"{root}: the folder is not empty and {program} did not create it (it has no {RUN_FILE} of that command); "
             "choose an empty or new folder for --out"
         )
     of_another = maker != (f"{PROGRAM} process" if program == PROGRAM else program)
     if of_another and replace is None:
-        raise OutputError(f"{root}: holds what `{maker}` wrote; other commands never replace it: choose another --out")
+        raise OutputError(
+            f"{root}: the folder contains files of `{maker}`, which other commands never replace; choose another --out"
+        )
     if of_another:
         refuse_unless_replaced(root, maker, bool(replace))
     if OwnFiles.read(root) is None:
@@ -118,7 +120,7 @@ def _owned(root: Path) -> set[str]:
 
 
 def _empty(output: OutputFolder) -> None:
-    """Remove the files that a folder's record names, but for the record; the record of the run goes last."""
+    """Remove the files in a folder's record except the record itself; the record of the run is removed last."""
     root = output.root
     for name in sorted(_owned(root) - {OWN_FILES}, key=lambda name: (name in (RUN_FILE, MANIFEST), name)):
         output.remove(name)
@@ -136,7 +138,7 @@ def _claimed_in_store(
     stale = [name for name in (*OF_RUN, LOG_FILE) if record.owns(name)]
     output.change_own(own.with_those_of)
     taken = OutputError(
-        f"{store.address}: a run of other settings is writing there; wait for it or choose another --out"
+        f"{store.address}: a run with other settings is writing to this folder; wait for it or choose another --out"
     )
     is_recorded = before is not None and before.data == content
     if not is_recorded:
@@ -182,8 +184,10 @@ def _program(data: bytes) -> str | None:
 
 
 def _emptied(output: OutputFolder, store: Store, replace: bool) -> Stored | None:
-    """Refuse a folder that `process` did not write, or remove what its record names; return a run that began since."""
-    files = [file.name for file in store.list() if not file.name.startswith(PROBE)]  # others may just begin, too
+    """Refuse a folder that `process` did not write, or remove its recorded files; return a run that has begun since."""
+    files = [
+        file.name for file in store.list() if not file.name.startswith(PROBE)
+    ]  # others may be starting at the same time
     if not {*files} - {OWN_FILES}:
         return None
     if (begun := _run_of_ours(output, store)) is not None:
@@ -194,8 +198,8 @@ def _emptied(output: OutputFolder, store: Store, replace: bool) -> Stored | None
         return None
     if own is None or not replace or any(name.startswith("floor_") for name in files):
         raise OutputError(
-            f"{store.address}: is not empty and was not made by `{PROGRAM} process` (it holds {files[0]}); "
-            "choose an empty or new folder for --out"
+            f"{store.address}: the folder is not empty and `{PROGRAM} process` did not create it (it contains "
+            f"{files[0]}); choose an empty or new folder for --out"
         )
     store.delete(name for name in files if own.owns(name) and name not in (OWN_FILES, RUN_FILE))
     store.delete([RUN_FILE])
@@ -204,7 +208,7 @@ def _emptied(output: OutputFolder, store: Store, replace: bool) -> Stored | None
 
 
 def refuse_other_labels(out: Path, strategy: str) -> None:
-    """Raise OutputError where ``out`` holds labels that this strategy did not make."""
+    """Raise OutputError if ``out`` contains labels of another strategy."""
     try:
         run = _run_of(out)
         ours = run["program"] == PROGRAM
@@ -213,17 +217,17 @@ def refuse_other_labels(out: Path, strategy: str) -> None:
     except (ValueError, KeyError, TypeError, AttributeError):
         return
     if ours and (rebased or before != strategy):
-        what = "labels that `vislam2tag site rebase` made" if rebased else f"labels of the strategy {before}"
+        what = "labels from `vislam2tag site rebase`" if rebased else f"labels of the strategy {before}"
         raise OutputError(
-            f"{shown(out)}: holds {what}; give --replace to replace them by labels of {strategy}, "
+            f"{shown(out)}: the folder contains {what}; use --replace to replace them by labels of {strategy}, "
             "or choose another --out"
         )
 
 
 def refuse_mixed_settings(out: Path, settings: ProcessSettings, left_out: Sequence[str]) -> None:
-    """Raise OutputError if ``out`` contains results of sessions that a run leaves out, of other settings than its own.
+    """Raise OutputError if ``out`` contains results with other settings of sessions outside the run's selection.
 
-    Results of labels that were rebased count as such: they are in another frame.
+    Rebased labels count as such, because they are in another frame.
     """
     if not left_out:
         return
@@ -243,8 +247,8 @@ def refuse_mixed_settings(out: Path, settings: ProcessSettings, left_out: Sequen
         why = "results of other settings" + (f" ({', '.join(names)})" if names else "")
     more = f" and {len(other) - 1} more" if len(other) > 1 else ""
     raise OutputError(
-        f"{shown(out)}: contains {why} for {other[0].slug}{more}, which --floor or --device leave out, and one output "
-        "never mixes settings; run without --floor and --device, or choose another --out"
+        f"{shown(out)}: the folder contains {why} for {other[0].slug}{more}, which --floor or --device exclude. One "
+        "output never mixes settings; run without --floor and --device, or choose another --out"
     )
 
 

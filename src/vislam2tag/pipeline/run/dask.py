@@ -1,7 +1,7 @@
-"""Sessions on the workers of a Dask cluster, given by its scheduler's address or described by a small TOML file.
+"""Runs sessions on the workers of a Dask cluster, given by its scheduler's address or a small TOML file.
 
-What is done is kept where the sessions' outputs go, not in the cluster. So nothing that a worker, the scheduler or this
-process loses matters: a task that runs again finds its session done.
+Results are kept in the output folder and not in the cluster. So it does not matter if a worker, the scheduler or this
+process is lost: a task that runs again finds its session done.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import OutputError, UsageError, first_line, import_extra
 from vislam2tag.common.files.given_files import read_toml_values
 from vislam2tag.common.garbage import keep_freed_memory
@@ -30,25 +31,22 @@ from vislam2tag.pipeline.run.workers import Job, Report, Supply, Worked, worked
 
 _CONFIG = {
     "distributed.scheduler.allowed-failures": 2,  # the third worker that a session kills was the last
-    "distributed.scheduler.worker-saturation": 1.0,  # none dies with sessions that it has not begun
+    "distributed.scheduler.worker-saturation": 1.0,  # no worker queues sessions that it has not begun
     "distributed.nanny.pre-spawn-environ.POLARS_MAX_THREADS": 1,
 }
 _THREADS = 2
-"""Of a worker, of one core: while one maps a session, the other fetches the next one or puts the one before."""
+"""Threads of a worker with one core: one maps a session while the other fetches the next or writes the previous one."""
 _CONNECT_S = 30
 _PACKAGES = {"ssh": "asyncssh", "slurm": "dask-jobqueue"}
-_REMOVED = {
-    "kubernetes": "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey "
-    "(docs/how-to/many-surveys.md)"
-}
-"""What to use instead, by the name of a kind that earlier versions had."""
+_REMOVED = {"kubernetes": "the cluster kind kubernetes was removed; use one Kubernetes Job for each survey"}
+"""Replacements of cluster kinds of earlier versions."""
 
 
 class ClusterSettings(FiniteRecord):
-    """A cluster that is made for one command and ends with it."""
+    """A cluster that is created for one command and ends with it."""
 
     kind: Literal["local", "ssh", "slurm"]
-    """Processes of this machine, of others by SSH, or those that Slurm gives."""
+    """Processes on this machine, on others by SSH, or from Slurm."""
     workers: int = Field(default=1, ge=1)
     """Worker processes, each of which maps one session at a time."""
     options: dict[str, Any] = {}
@@ -60,25 +58,25 @@ def read_cluster(file: Path) -> ClusterSettings:
     try:
         values = read_toml_values(file)
         if str(values.get("kind")) in _REMOVED:
-            raise UsageError(f"{file}: {_REMOVED[str(values['kind'])]}")
+            raise UsageError(f"{file}: {_REMOVED[str(values['kind'])]}, see {page_of('how-to/many-surveys')}")
         return ClusterSettings.model_validate(values)
     except (OSError, ValueError) as error:
         if isinstance(error, ValidationError):
             first = error.errors()[0]
             where = ".".join(map(str, first["loc"]))
-            raise UsageError(f"{file}: {where}: {first['msg']}; see docs/how-to/many-surveys.md") from error
-        raise UsageError(f"{file}: cannot be read: {first_line(error)}") from error
+            raise UsageError(f"{file}: {where}: {first['msg']}; see {page_of('how-to/many-surveys')}") from error
+        raise UsageError(f"{file}: the cluster file cannot be read: {first_line(error)}") from error
 
 
 @contextmanager
 def connected(scheduler: str | None, cluster: Path | None, tell: Callable[[str], None]) -> Iterator[Any]:
-    """Yield a ``distributed.Client`` of a scheduler, or of a cluster that lasts as long as the block.
+    """Yield a ``distributed.Client`` of a scheduler, or of a cluster that exists during the block.
 
-    ``tell`` is called with the address of the dashboard. Raises UsageError where neither or both are given, OutputError
-    where the scheduler does not answer or the cluster cannot be made.
+    ``tell`` is called with the address of the dashboard. Raises UsageError if neither or both are given, OutputError
+    if the scheduler does not answer or the cluster cannot be created.
     """
     if (scheduler is None) == (cluster is None):
-        raise UsageError("--executor dask: give --scheduler ADDRESS or --cluster FILE")
+        raise UsageError("--executor dask needs --scheduler ADDRESS or --cluster FILE")
     distributed, config = import_extra("distributed"), import_extra("dask.config")
     with config.set(_CONFIG):
         if cluster is not None:
@@ -104,15 +102,17 @@ def _made(file: Path) -> Iterator[Any]:
         cluster = cluster_of(settings)
     except ModuleNotFoundError as error:
         package = _PACKAGES.get(settings.kind, error.name)
-        raise UsageError(f"{file}: a cluster of the kind {settings.kind} needs {package}: pip install it") from error
+        raise UsageError(
+            f"{file}: a cluster of the kind {settings.kind} needs the package {package}; install it with pip"
+        ) from error
     except Exception as error:  # of an SSH connection or a batch system: each has its own
-        raise OutputError(f"{file}: the cluster cannot be made: {first_line(error)}") from error
+        raise OutputError(f"{file}: the cluster cannot be created: {first_line(error)}") from error
     with cluster:
         yield cluster
 
 
 def cluster_of(settings: ClusterSettings) -> Any:
-    """Make a cluster. Raises ModuleNotFoundError where the package for its kind lacks, and what that package raises."""
+    """Create a cluster. Raises ModuleNotFoundError if its package is missing, and that package's errors."""
     workers, options = settings.workers, settings.options
     if settings.kind == "local":
         local = {"n_workers": workers, "threads_per_worker": _THREADS, "dashboard_address": ":0"} | options
@@ -129,30 +129,30 @@ def cluster_of(settings: ClusterSettings) -> Any:
 
 
 AHEAD = 4
-"""Sessions handed to the scheduler for each thread of its workers; the rest wait here, so that it stays small."""
+"""Sessions handed to the scheduler per thread of its workers; the rest wait here, so that the scheduler stays small."""
 _LOOK_S = 2.0
-"""How often to look whether the scheduler is still there, seconds."""
+"""Interval for checking the scheduler, seconds."""
 _ONE_LOOKS = Lock()
 """The key of the source is computed in one thread at a time: Python 3.11 cannot parse in two."""
 
 
 class OtherCodeError(Exception):
-    """A worker has another source than the client: its results would be others."""
+    """A worker has another source than the client, so its results would differ."""
 
 
 @dataclass(frozen=True)
 class DaskExecutor:
-    """Does a function on all sessions on the workers of ``client``'s scheduler, reporting each as it ends."""
+    """Runs a function on all sessions on the workers of ``client``'s scheduler, and reports each as it ends."""
 
     client: Any
     """``distributed.Client``."""
     tell: Callable[[str], None]
-    """Called with a line about each worker that is refused, and where there is none."""
+    """Called with a line about each refused worker, and if there is no worker."""
 
     def __call__(self, work: Callable[[Any], Any], todo: Iterable[Job[Any]], *, report: Report[Any, Job[Any]]) -> None:
-        """Work all of ``todo``. What a worker raises is raised, and OutputError where the scheduler is lost.
+        """Process all of ``todo``. Raises errors of workers, and OutputError if the scheduler is lost.
 
-        Whatever is raised, an interrupt included, no task waits in the scheduler then; one that a worker is at may end.
+        After any error or interrupt, no task waits in the scheduler; running tasks may finish.
         """
         run = _Run(self, work, Supply(todo), self.client.scheduler.address)
         log = LogInOrder()
@@ -181,11 +181,11 @@ class _Run:
     done: SimpleQueue[Any] = field(default_factory=SimpleQueue)
     """Futures as they end."""
     refused: dict[str, str] = field(default_factory=dict)
-    """By address of a worker, what it is called."""
+    """Names of workers by address."""
     suspects: deque[tuple[int, Job[Any]]] = field(default_factory=deque)
-    """Jobs whose workers died while they had others, too: tried again one by one, when all others ended."""
+    """Jobs of dead workers that had several jobs; they are tried again one by one at the end."""
     alone: bool = False
-    """Whether the one job that the scheduler has is such a one."""
+    """Whether the scheduler's only job is one of these."""
 
     def outcomes(self) -> Iterator[tuple[int, Worked[Any]]]:
         self._submit()
@@ -194,7 +194,7 @@ class _Run:
             self._submit()
 
     def _next(self) -> list[Any]:
-        """Wait for sessions to end; raises OutputError where the scheduler is lost, which ends none."""
+        """Wait for sessions to end; raises OutputError if the scheduler is lost, in which case none ends."""
         while True:
             try:
                 ended = [self.done.get(timeout=_LOOK_S)]
@@ -209,7 +209,7 @@ class _Run:
                 return ended
 
     def _submit(self) -> None:
-        """Keep the scheduler supplied, several sessions a message: a message costs more than what it holds."""
+        """Keep the scheduler supplied with several sessions per message, because messages are expensive."""
         if len(self.running) > self.wanted // 2:
             return
         first = self.supply.take()
@@ -233,26 +233,26 @@ class _Run:
             future.add_done_callback(self.done.put)
 
     def _accepted(self) -> dict[str, int]:
-        """Threads of each worker that has this source, by address; raises OutputError where all have another."""
+        """Threads of each worker that has this source, by address; raises OutputError if all have another."""
         workers = self.executor.client.scheduler_info(n_workers=-1)["workers"]
         accepted = {address: each["nthreads"] for address, each in workers.items() if address not in self.refused}
         if workers and not accepted:
             raise OutputError(
-                f"all workers have another source of vislam2tag than this machine: {', '.join(self.refused.values())}; "
-                "install the same version of it and of its libraries there"
+                f"no worker has the same vislam2tag as this machine: {', '.join(self.refused.values())}; "
+                "install the same versions of vislam2tag and its libraries there"
             )
         if not workers and not self.running:
-            self.executor.tell(f"the scheduler at {self.scheduler} has no workers yet: waiting for one")
+            self.executor.tell(f"the scheduler at {self.scheduler} has no workers yet; waiting for one")
         return accepted
 
     def _results(self, ended: list[Any]) -> Iterator[tuple[int, Worked[Any]]]:
-        """What sessions came to, of those that are not to be submitted again."""
+        """Outcomes of sessions that are not submitted again."""
         jobs = {future: self.running.pop(future) for future in ended}
         finished = [future for future in ended if future.status == "finished"]
         failed = [future for future in ended if future not in finished]
         try:
             results = self.executor.client.gather(finished)
-        except import_extra("distributed").KilledWorker:  # the worker that held a result died, of another job
+        except import_extra("distributed").KilledWorker:  # the worker with a result died of another job
             for future in finished:
                 self.supply.give_back(*jobs[future])
         except (OSError, CancelledError) as error:  # not of the sessions: those that raise are not finished
@@ -264,7 +264,7 @@ class _Run:
                 yield given_up
 
     def _failed(self, future: Any, number: int, job: Job[Any]) -> tuple[int, Worked[Any]] | None:
-        """What a job came to that failed; None where it is to be submitted again."""
+        """Outcome of a failed job; None if it is submitted again."""
         if future.status != "error":
             raise self._lost()
         error = future.exception()
@@ -278,14 +278,14 @@ class _Run:
             self.suspects.append((number, job))
             return None
         times, last = error.allowed_failures + 1, error.last_worker.name
-        cause = f"{times} workers died of it (out of memory, or a library crashed), the last one {last}"
+        cause = f"{times} workers died while processing it (out of memory, or a library crashed), the last one {last}"
         return number, (job.given_up(cause), [])
 
     def _refuse(self, address: str, name: str) -> None:
         if address not in self.refused:
             self.refused[address] = name
             self.executor.tell(
-                f"worker {name} at {address} is refused: it has another source of vislam2tag, or of its libraries"
+                f"worker {name} at {address} is not used, because its vislam2tag or libraries have other versions"
             )
 
     def _lost(self) -> OutputError:
@@ -293,7 +293,7 @@ class _Run:
 
 
 def _on_worker(work: Callable[[Any], Any], job: Job[Any]) -> Worked[Any]:
-    """Work at a session; of a worker's threads one computes while another one waits for a store."""
+    """Process a session; one thread of a worker computes while another waits for a store."""
     keep_freed_memory()
     with _ONE_LOOKS:
         code = job.code_here()

@@ -1,7 +1,6 @@
-"""What nobody expected: reported in one line and logged with its traceback, in ``OUT/log.txt`` where OUT is a folder.
+"""Unexpected errors: reported in one line and logged with traceback in ``OUT/log.txt`` if OUT is a folder.
 
-Workers log as anything does; what they log comes back with their outcomes and is logged again by the main process, in
-the order of the sessions.
+Logs of workers are returned with their outcomes and logged again by the main process, in the order of the sessions.
 """
 
 from __future__ import annotations
@@ -21,23 +20,23 @@ from vislam2tag.common.visible_text import VisibleFormatter
 
 LOG_FILE = "log.txt"
 LOG = logging.getLogger("vislam2tag")
-LOG.addHandler(logging.NullHandler())  # else Python prints what nobody asked to see
+LOG.addHandler(logging.NullHandler())  # otherwise Python prints warnings to stderr
 
 _Outcome = TypeVar("_Outcome")
 
 
 def unexpected(what: object, error: Exception) -> str:
-    """Log an exception that ends the work on ``what`` alone, and return a line that tells of it."""
+    """Log an exception that only ends the work on ``what``, and return a line about it."""
     name = type(error).__name__
     LOG.error("%s: unexpected %s", what, name, exc_info=error)
-    where = f"OUT/{LOG_FILE}; where there is none, `vislam2tag -v COMMAND` shows it"
+    where = f"OUT/{LOG_FILE}, or run `vislam2tag -v COMMAND`"
     return f"{what}: unexpected {name}: {error}; please report this with its traceback ({where})"
 
 
 def reason(what: object, error: Exception) -> str:
-    """Say why the work on one session, ``what``, failed, so that it does not end the batch.
+    """Describe why the work on one session, ``what``, failed, so that the batch continues.
 
-    An output that cannot be written does: OutputError is raised again.
+    OutputError is raised again, because an output that cannot be written ends the batch.
     """
     if isinstance(error, OutputError):
         raise error
@@ -45,15 +44,15 @@ def reason(what: object, error: Exception) -> str:
 
 
 def done_or_failed(what: object, work: Callable[[], _Outcome], failed: Callable[[str], _Outcome]) -> _Outcome:
-    """Do the work on one session; if it cannot be done, return what ``failed`` makes of the :func:`reason`."""
+    """Do the work on one session; if that fails, return ``failed`` of the :func:`reason`."""
     try:
         return work()
-    except Exception as error:  # a session's own, or a fault of ours or of a library
+    except Exception as error:  # an error of the session, of this program or of a library
         return failed(reason(what, error))
 
 
 class _FolderLog(logging.FileHandler):
-    """Logs to a file of a folder, which is made when there is something to log."""
+    """Logs to a file of a folder, which is created on the first message."""
 
     def __init__(self, folder: Folder) -> None:
         self._folder = folder
@@ -65,7 +64,7 @@ class _FolderLog(logging.FileHandler):
 
 @contextmanager
 def logged_to(folder: Folder) -> Iterator[None]:
-    """Log to a file, which is made when there is something to log; an unexpected exception is logged and names it."""
+    """Log to a file, which is created on the first message. An unexpected exception is logged and names the file."""
     handler = _FolderLog(folder)
     handler.setFormatter(VisibleFormatter("%(levelname)s %(message)s"))
     LOG.addHandler(handler)
@@ -86,13 +85,13 @@ _KEPT = "its traceback is kept in "
 
 
 def log_of(error: BaseException) -> str | None:
-    """The file that :func:`logged_to` logged an exception in; None where it did not."""
+    """The file in which :func:`logged_to` logged an exception; None if it did not."""
     notes = (note.removeprefix(_KEPT) for note in getattr(error, "__notes__", ()) if note.startswith(_KEPT))
     return next(notes, None)
 
 
 def recorded(work: Callable[[], _Outcome]) -> tuple[_Outcome, list[logging.LogRecord]]:
-    """Do the work; return its outcome and what it logged, which is not logged yet."""
+    """Do the work; return its outcome and its log records, which are not logged yet."""
     records: SimpleQueue[logging.LogRecord] = SimpleQueue()
     handlers, propagate = LOG.handlers, LOG.propagate
     LOG.handlers, LOG.propagate = [QueueHandler(records)], False
@@ -105,20 +104,20 @@ def recorded(work: Callable[[], _Outcome]) -> tuple[_Outcome, list[logging.LogRe
 
 @dataclass
 class LogInOrder:
-    """Logs what came back with the outcomes, that of the first job first."""
+    """Logs the returned records in the order of the jobs."""
 
     _waiting: dict[int, list[logging.LogRecord]] = field(default_factory=dict)
     _next: int = 0
 
     def add(self, number: int, records: list[logging.LogRecord]) -> None:
-        """Take what job ``number`` logged, and log what has its turn."""
+        """Take the records of job ``number``, and log those whose turn it is."""
         self._waiting[number] = records
         while self._next in self._waiting:
             log_again(self._waiting.pop(self._next))
             self._next += 1
 
     def close(self) -> None:
-        """Log the rest: of jobs behind one that never ended."""
+        """Log the remaining records of jobs after one that never ended."""
         for _, records in sorted(self._waiting.items()):
             log_again(records)
         self._waiting.clear()

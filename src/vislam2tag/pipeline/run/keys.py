@@ -1,6 +1,6 @@
-"""What cached work follows from besides its inputs and settings: the source that makes it, and the libraries it uses.
+"""Keys of cached work: besides its inputs and settings, its source code and libraries count.
 
-The version of this program is no part of it: it stays the same while the source changes, and changes with pages.
+The version of this program does not count: it stays the same while the source changes, and changes with pages.
 """
 
 from __future__ import annotations
@@ -23,28 +23,27 @@ from pathlib import Path
 from vislam2tag.common.files.given_files import read_bytes
 
 SHOWING = frozenset({"vislam2tag.cli", "vislam2tag.views"})
-"""Packages that only show what was computed: results stay as they are when these change."""
+"""Packages that only display results; changes to them do not invalidate results."""
 DISTRIBUTIONS = {"PIL": "pillow", "cv2": "opencv-python-headless", "skimage": "scikit-image", "sklearn": "scikit-learn"}
-"""Distributions of libraries that are imported by another name."""
+"""Distributions of libraries with another import name."""
 _IMPORT = re.compile(
     rb"(?:^|[;:])[ \t]*((?:import|from)[ \t.][^\n;(\\]*(?:\([^)]*\)|(?:\\\n[^\n]*)+)?)", flags=re.MULTILINE
 )
-"""What begins as an import statement does; text may, too."""
+"""Start of an import statement (or of a similar text)."""
 _MODULE_NAME = re.compile(rb"""["']([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)["']""")
 
 
 def key_of(*parts: object) -> str:
-    """SHA-256 of parts that JSON can hold."""
+    """SHA-256 of parts that JSON can represent."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
 def code_key(*entries: str) -> str:
-    """SHA-256 of the source of some modules and of all that they can import, and of their libraries' versions.
+    """SHA-256 of the source of some modules, of all modules that they can import, and of their libraries' versions.
 
-    Imports inside functions count, and modules imported by a name that stands in the source. They are followed within
-    the packages of the entries, so that a plug-in counts with its own package; packages of :data:`SHOWING` are left
-    out. Nothing is known of a module without a file (typed at a prompt): each key of it is another. A module is read
-    once a process.
+    Imports inside functions count, and so do modules imported by a name in the source. They are followed within
+    the packages of the entries, so that a plug-in counts with its own package; packages of :data:`SHOWING` are
+    skipped. A module without a file (typed at a prompt) has a new key each time. A module is read once per process.
     """
     modules = _reachable(entries)
     sources = {name: module.sha256 if module else uuid.uuid4().hex for name, module in modules.items()}
@@ -89,7 +88,7 @@ def _parents(name: str) -> Iterator[str]:
 
 @cache
 def _module(name: str) -> _Module | None:
-    """Read a module; None where none of this name has a file."""
+    """Read a module; None if none of this name has a file."""
     spec = _spec(name)
     origin = getattr(sys.modules["__main__"], "__file__", None) if name == "__main__" else spec and spec.origin
     file = Path(origin or "")
@@ -103,7 +102,7 @@ def _module(name: str) -> _Module | None:
 
 @cache
 def _spec(name: str) -> ModuleSpec | None:
-    """Find a module without importing it or the packages it lies in."""
+    """Find a module without importing it or its packages."""
     parent = name.rpartition(".")[0]
     if parent:
         package = None if parent in SHOWING else _spec(parent)

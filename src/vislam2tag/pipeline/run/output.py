@@ -1,8 +1,8 @@
-"""An output folder, on this machine or in an object store, whose files are written whole or not at all.
+"""An output folder, on this machine or in an object store, with files that are written completely or not at all.
 
-A session's tables are written as they are made; it is done when its result, ``sessions/SLUG.json``, is there: that is
-written last. In a store notes beside it say which versions of the session's tables it is about. So whatever writes at
-the same time, or is killed while it writes, leaves at worst a result that does not hold, and the session is done again.
+A session's tables are written first and its result, ``sessions/SLUG.json``, last, which marks the session as done. In a
+store, notes of the result name the versions of its tables. So if another program writes at the same time, or a program
+is killed, the result is at worst invalid, and the session is processed again.
 """
 
 from __future__ import annotations
@@ -35,33 +35,33 @@ from vislam2tag.pipeline.run.failures import LOG
 
 REPORT_FILE = "report.html"
 LOGS = "logs"
-"""In a store: a file of JSON lines for each session: how, where and when it was processed."""
+"""In a store: a log for each session in JSON lines (how, where and when it was processed)."""
 SESSION_FOLDERS = (RESULTS, *SCHEMAS)
 """Folders with a file for each session."""
 _TRIES = 5
-"""For a file that others write at the same time."""
+"""Attempts for a file that others write at the same time."""
 
 
 @dataclass(frozen=True)
 class Kept:
-    """What an output folder has of a session."""
+    """Contents of an output folder for a session."""
 
     result: SessionResult | None = None
     """None if there is none that can be read."""
     version: Version | None = None
-    """Of the file that is there, be it readable or not."""
+    """Version of the existing file, readable or not."""
     inputs: str = ""
-    """In a store: what tells the session's files, as they were then, from any others; empty where it is not known."""
+    """In a store: mark of the session's files at that time; empty if unknown."""
     tables: Mapping[str, str] = field(default_factory=dict)
-    """In a store: by table, the version that the result is about."""
+    """In a store: versions of the tables of the result."""
 
 
 @dataclass(frozen=True)
 class OutputFolder:
-    """Reads and whole-file writes of one output folder; cheap to pass to worker processes."""
+    """Reads and atomic writes of one output folder; cheap to pass to worker processes."""
 
     root: Path
-    """A path, or the address that it stands for."""
+    """A path, or the address that it represents."""
 
     @property
     def at(self) -> AnyStore:
@@ -81,13 +81,13 @@ class OutputFolder:
     def write(self, relative: str, fill: Callable[[Path], None]) -> None:
         """Let ``fill`` write a temporary file, then move it to ``relative``.
 
-        Raises OutputError or StoreError, and leaves no half file, where either cannot be done.
+        Raises OutputError or StoreError if that fails, and leaves no partial file.
         """
         with self._written(relative), self.at.filling(relative) as path:
             fill(path)
 
     def put_text(self, relative: str, text: str) -> None:
-        """Write a UTF-8 text file whole; raises as :meth:`write`."""
+        """Write a UTF-8 text file atomically; raises as :meth:`write`."""
         with self._written(relative):
             self.at.put(relative, text.encode())
 
@@ -102,7 +102,7 @@ class OutputFolder:
             ) from error
 
     def remove(self, *names: str) -> None:
-        """Remove files; one that is not there is no fault."""
+        """Remove files; missing ones are ignored."""
         try:
             self.at.delete(names)
         except OutputError as error:
@@ -113,7 +113,7 @@ class OutputFolder:
         return self.at.version(relative) is not None
 
     def kept(self, slug: str) -> Kept:
-        """What is there of a session."""
+        """The contents for a session."""
         try:
             found = self.at.get(result_name(slug))
         except StoreError:
@@ -130,16 +130,16 @@ class OutputFolder:
         return Kept(result, found.version, found.notes.get("inputs", ""), tables)
 
     def result(self, slug: str) -> SessionResult | None:
-        """Read the result of a session; None where there is none that can be read."""
+        """Read the result of a session; None if there is none that can be read."""
         return self.kept(slug).result
 
     def results(self, slugs: Iterable[str]) -> Iterator[SessionResult]:
-        """Read the results of sessions, in this order, except those that are not there or cannot be read."""
+        """Read the results of sessions, in this order, except missing or unreadable ones."""
         found = at_once(self.result, slugs) if self.in_store else map(self.result, slugs)
         yield from (result for result in found if result is not None)
 
     def is_whole(self, slug: str, kept: Kept) -> bool:
-        """Whether a session has a result, and the tables that it is about are there."""
+        """Whether a session has a result, and its tables exist."""
         done = kept.result
         if done is None:
             return False
@@ -157,7 +157,7 @@ class OutputFolder:
     def forget(self, slug: str) -> None:
         """Remove a session's result, so that its tables are not trusted while they are rewritten.
 
-        Tables that not every session has go, too: the session may have none now.
+        Optional tables are removed, too, because the session may have none now.
         """
         self.remove(result_name(slug), *(table_name(name, slug) for name in (*OPTIONAL, *self._of_companions(slug))))
 
@@ -171,7 +171,7 @@ class OutputFolder:
         return self.own_version()[0] or OwnFiles()
 
     def own_version(self) -> tuple[OwnFiles | None, Version | None]:
-        """The record of the files that are ours, and the version that is there."""
+        """The record of our files, and its version."""
         found = self.at.get(OWN_FILES)
         if found is None:
             return None, None
@@ -192,16 +192,18 @@ class OutputFolder:
                 return
             except StoreConflictError:
                 continue
-        raise StoreConflictError(f"{self.place}/{OWN_FILES}: other programs keep writing it; run again when they ended")
+        raise StoreConflictError(
+            f"{self.place}/{OWN_FILES}: other programs keep writing this file; run again when they have ended"
+        )
 
     def add_own(self, *files: str) -> None:
-        """Record further files as ours, before they are written; by the process that claimed the folder alone."""
+        """Record further files as ours before they are written; only for the process that claimed the folder."""
         self.change_own(lambda own: own if all(map(own.owns, files)) else own.with_those_of(OwnFiles.of(files)))
 
     def drop(self, keep: Callable[[str], bool]) -> list[str]:
-        """Remove the files of recorded sessions that are not to be kept; return the slugs of those that had a result.
+        """Remove the files of recorded sessions that are not kept; return the slugs of those with a result.
 
-        Other files stay, whatever they are called.
+        Other files stay.
         """
         own = self.own()
         gone = {slug for slug in recorded_sessions(own) if not keep(slug)}
@@ -235,7 +237,7 @@ def short(version: Version) -> str:
 
 
 def recorded_sessions(own: OwnFiles) -> set[str]:
-    """Slugs of the sessions of which a record names files."""
+    """Slugs of the sessions with files in a record."""
     paths = map(PurePosixPath, own.files)
     return {*own.stems, *(path.stem for path in paths if path.parent.as_posix() in SESSION_FOLDERS)}
 
@@ -247,7 +249,7 @@ def without_sessions(own: OwnFiles, slugs: Set[str]) -> OwnFiles:
 
 
 def _session_of(name: str) -> str | None:
-    """The slug of the session that a file is about, by its path; None of another file."""
+    """The slug of the session of a file, from its path; None for other files."""
     path = PurePosixPath(name)
     known = {RESULTS: ".json", LOGS: ".jsonl"} | dict.fromkeys(SCHEMAS, ".parquet")
     folder = path.parent.as_posix()
@@ -256,7 +258,7 @@ def _session_of(name: str) -> str | None:
 
 
 def _cause(error: Exception) -> str:
-    """Say in the system's words why a file could not be written, whichever library met it."""
+    """The system's message why a file could not be written, for errors of any library."""
     first = error.__cause__ or error
     number = re.search(r"\(os error (\d+)\)", str(first))
     if number:
@@ -266,9 +268,9 @@ def _cause(error: Exception) -> str:
 
 @contextmanager
 def session_files(folder: OutputFolder, slug: str, kept: Kept, inputs: str) -> Iterator[SessionFiles]:
-    """Yield what writes a session's files; if it was given a result, that is written when the block ends well.
+    """Yield a writer of a session's files; its result, if set, is written when the block ends without error.
 
-    ``inputs`` tells the session's own files from any others if they are in a store. Raises OutputError or StoreError if
+    ``inputs`` is the mark of the session's own files if they are in a store. Raises OutputError or StoreError if
     a file cannot be written: then the session is not marked as done.
     """
     store = folder.at
@@ -300,18 +302,18 @@ class SessionFiles:
 
     @contextmanager
     def begun(self) -> Iterator[None]:
-        """Make the session anew while the block lasts: its result of before is removed."""
+        """Write the session again during the block; its earlier result is removed."""
         self.folder.forget(self.slug)
         yield
 
     def write(self, table: str, fill: Callable[[Path], None]) -> None:
-        """Write a table whole."""
+        """Write a table atomically."""
         self.folder.write(table_name(table, self.slug), fill)
 
 
 @dataclass
 class _SentFiles(SessionFiles):
-    """Puts tables into a store as soon as they are written in scratch space, while more is made."""
+    """Uploads tables to a store as soon as they are written to scratch space."""
 
     store: Store = field(kw_only=True)
     sent: dict[str, Future[Version]] = field(default_factory=dict)
@@ -320,7 +322,7 @@ class _SentFiles(SessionFiles):
 
     @contextmanager
     def begun(self) -> Iterator[None]:
-        """Note how, where and when the session is made: its start, each message, its end, an event a line."""
+        """Log how, where and when the session is processed: its start, messages and end, one event per line."""
         started, since = datetime.now(UTC), time.monotonic()
         messages: SimpleQueue[LogRecord] = SimpleQueue()
         handler = QueueHandler(messages)
@@ -343,14 +345,14 @@ class _SentFiles(SessionFiles):
         return f"{json.dumps(event)}\n"
 
     def write(self, table: str, fill: Callable[[Path], None]) -> None:
-        """Write a table and put it; one that is written again, after the first is there."""
+        """Write a table and upload it; a repeated write waits for the first upload."""
         super().write(table, fill)
         name = table_name(table, self.slug)
         wait([self.sent[table]] if table in self.sent else [])
         self.sent[table] = asking().submit(self.store.put, name, self.folder.root / name)
 
     def finish(self, result: SessionResult, kept: Kept, inputs: str) -> None:
-        """Mark the session as done once all its tables are there; tables of before that it has no more go."""
+        """Mark the session as done once all its tables are uploaded; obsolete tables are removed."""
         others = {*OPTIONAL, *kept.tables} - self.sent.keys()
         gone = asking().submit(self.store.delete, [table_name(name, self.slug) for name in sorted(others)])
         tables = {name: short(future.result()) for name, future in sorted(self.sent.items())}
@@ -362,8 +364,8 @@ class _SentFiles(SessionFiles):
     def _put_result(self, data: bytes, before: Version | None, notes: dict[str, str]) -> None:
         """Write the result; the version ``before`` is replaced.
 
-        If others wrote it meanwhile, theirs is replaced: the tables that are there now are ours, or, if they are not,
-        the result does not hold. Raises StoreConflictError if that goes on.
+        If others wrote it meanwhile, theirs is replaced: the present tables are ours, or otherwise the result is not
+        valid. Raises StoreConflictError if that continues.
         """
         for _ in range(_TRIES):
             try:
@@ -372,9 +374,11 @@ class _SentFiles(SessionFiles):
             except StoreConflictError:
                 before = self.store.version(result_name(self.slug))
         place = self.store.address
-        raise StoreConflictError(f"{place}: other programs keep writing session {self.slug}; run again when they ended")
+        raise StoreConflictError(
+            f"{place}: other programs keep writing session {self.slug}; run again when they have ended"
+        )
 
 
 def rows_of(result: SessionResult) -> int:
-    """How many readings a session has."""
+    """Number of readings of a session."""
     return sum(sum(counts.values()) for counts in result.readings.values())

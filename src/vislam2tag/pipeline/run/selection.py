@@ -1,4 +1,4 @@
-"""A survey that is opened for a command: its settings, the sessions chosen, what works at them, refused outputs."""
+"""A survey that is opened for a command: settings, chosen sessions, executor, and refused outputs."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _HERE = partial(process_all, workers=1)
 
 @dataclass(frozen=True)
 class Selection:
-    """Which sessions of a survey that a command is for; an empty tuple means all."""
+    """The sessions of a survey that a command processes; an empty tuple means all."""
 
     floors: tuple[int, ...] = ()
     devices: tuple[str, ...] = ()
 
     @property
     def everything(self) -> bool:
-        """Whether it leaves nothing out."""
+        """Whether it includes everything."""
         return not self.floors and not self.devices
 
     def contains(self, ref: SessionRef) -> bool:
@@ -41,7 +41,7 @@ class Selection:
 
 
 class RunChoices(TypedDict, total=False):
-    """What can be chosen wherever sessions of a survey are worked at.
+    """Options of all commands that process sessions of a survey.
 
     ``landmarks`` is a file with the landmarks of all floors that replaces the floors' own. With ``jobs`` > 1 sessions
     run in that many processes (call it from under ``if __name__ == "__main__":``).
@@ -53,21 +53,21 @@ class RunChoices(TypedDict, total=False):
 
 
 class ProcessChoices(RunChoices, total=False):
-    """What can be chosen of ``process``: as for any run, and an ``executor`` that runs sessions elsewhere."""
+    """Options of ``process``: those of any run, and an ``executor`` that runs sessions elsewhere."""
 
     executor: Executor | None
 
 
 @dataclass(frozen=True)
 class OpenedSurvey:
-    """A survey at hand with its corrections, the settings and the selection that a command has for it."""
+    """An open survey with its corrections, settings and selection."""
 
     survey: Survey
     corrections: Corrections
     settings: ProcessSettings
     selection: Selection = Selection()
     landmark_file: Path | None = None
-    """What replaces the floors' own landmark files."""
+    """Landmark file that replaces those of the floors."""
     run_all: Executor = _HERE
 
     @classmethod
@@ -95,7 +95,7 @@ class OpenedSurvey:
 
     @property
     def others(self) -> list[SessionRef]:
-        """The sessions that the selection leaves out, without those that corrections exclude."""
+        """The sessions outside the selection, without those that corrections exclude."""
         every = selected(self.survey, self.corrections, Selection())
         return [ref for ref in every if not self.selection.contains(ref)]
 
@@ -104,25 +104,24 @@ class OpenedSurvey:
         return [session_task(ref, self.survey, self.corrections, self.settings) for ref in refs]
 
     def refuse_output(self, out: Path, before: Iterable[str]) -> None:
-        """Raise OutputError for an output among the raw data, or if ``out`` has a record of sessions left out now.
+        """Raise OutputError for an output among the raw data, or if ``out`` has sessions outside the selection.
 
-        ``before`` are the slugs of the sessions that the record there is about, which this run would replace as a
-        whole.
+        ``before`` are the slugs of the sessions in that record, which this run would replace.
         """
         refuse_among_sessions(self.survey, out)
         left_out = [] if self.selection.everything else sorted(set(before) - {ref.slug for ref in self.refs})
         if left_out:
             more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
             raise OutputError(
-                f"{out}: contains results of {left_out[0]}{more}, which --floor or --device leave out and this run "
-                "would remove; run without --floor and --device, or choose another --out"
+                f"{out}: this run would remove the results of {left_out[0]}{more}, which --floor or --device exclude; "
+                "run without --floor and --device, or choose another --out"
             )
 
 
 def selected(survey: Survey, corrections: Corrections, selection: Selection) -> list[SessionRef]:
     """Return the chosen sessions, without those that corrections exclude.
 
-    Raises UsageError for a floor or device of which the survey has no session.
+    Raises UsageError for a floor or device without sessions.
     """
     _refuse_unknown("--floor", selection.floors, {ref.key.floor for ref in survey.sessions})
     _refuse_unknown("--device", selection.devices, {ref.key.device for ref in survey.sessions})
@@ -133,16 +132,18 @@ def _refuse_unknown(option: str, wanted: Sequence[_Value], there: Collection[_Va
     for value in wanted:
         if value not in there:
             names = ", ".join(map(str, sorted(there)))
-            raise UsageError(f"{option} {value}: the survey has no session of it; there are: {names}")
+            raise UsageError(f"{option} {value}: the survey has no such session; available: {names}")
 
 
 def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: ProcessSettings) -> SessionTask:
-    """Say how a session of a survey is to be read."""
+    """How to read a session of a survey."""
     return SessionTask(ref, survey.site, corrections, settings.survey.landmark_sigma_m, settings.findings)
 
 
 def refuse_among_sessions(survey: Survey, out: Path) -> None:
-    """Raise OutputError for an output folder among the raw data, where the next run would take it for a device's."""
+    """Raise OutputError for an output folder among the raw data, because the next run would take it for a device."""
     inside = survey.root.resolve() in out.resolve().parents
     if inside and out.resolve().relative_to(survey.root.resolve()).parts[0].startswith("floor_"):
-        raise OutputError(f"{out}: lies among the survey's sessions, which stay as they are; choose another --out")
+        raise OutputError(
+            f"{out}: this folder is among the survey's sessions, which must not change; choose another --out"
+        )

@@ -34,16 +34,16 @@ _Outcome = TypeVar("_Outcome")
 Report: TypeAlias = Callable[[_Outcome], Iterable[_Job] | None]
 """Called with each outcome; returns the jobs that follow from it, if any."""
 Worked: TypeAlias = tuple[_Outcome, list[LogRecord]]
-"""A job's outcome and what it logged, which is not logged yet."""
+"""A job's outcome and its log records, which are not logged yet."""
 _Made = TypeVar("_Made", covariant=True)
 _ONE_COMPUTES = RLock()
 
 
 class Job(ABC, Generic[_Made]):
-    """Work with a life of its own: it is opened with its files, computes, and is closed, which puts what it made away.
+    """A job with three steps: it is opened with its files, computes, and is closed, which stores its results.
 
-    A process opens and closes several at once and computes one. Its ``code`` is the key of the source that works at
-    it where it was made.
+    A process opens and closes several jobs at once and computes one. ``code`` is the key of the source in the process
+    that created it.
     """
 
     code: str
@@ -51,7 +51,7 @@ class Job(ABC, Generic[_Made]):
     @property
     @abstractmethod
     def slug(self) -> str:
-        """What its tasks are called by."""
+        """Name of its tasks."""
 
     @property
     def waits(self) -> bool:
@@ -64,23 +64,23 @@ class Job(ABC, Generic[_Made]):
 
     @abstractmethod
     def opened(self) -> AbstractContextManager[Callable[[], _Made]]:
-        """Have its files at hand while the block lasts; yields what computes its outcome."""
+        """Provide its files during the block; yields the function that computes its outcome."""
 
     @abstractmethod
     def given_up(self, error: str) -> _Made:
-        """End it for a cause that is not its own to report."""
+        """End it for an external cause."""
 
 
 def run_job(job: Job[_Outcome]) -> _Outcome:
-    """Do a job as a whole: what executors are given for all jobs."""
+    """Do a complete job; executors call this for all jobs."""
     with job.opened() as compute, _ONE_COMPUTES, threadpool_limits(limits=1):
         return compute()
 
 
 def worked(work: Callable[[_Job], _Outcome], job: _Job, *, limited: bool = False) -> Worked[_Outcome]:
-    """Work at a job. Of the threads of a process one computes: log and linear algebra belong to the whole process.
+    """Process a job. Only one thread of a process computes, because log and linear algebra belong to the process.
 
-    ``limited``: libraries are kept from computing in several threads: how many add up a sum shows in its last digits.
+    ``limited``: libraries compute in one thread, because their number of threads changes the last digits of sums.
     """
     opened = job.opened() if work is run_job and isinstance(job, Job) else nullcontext(partial(work, job))
     with opened as compute, _ONE_COMPUTES, threadpool_limits(limits=1) if limited else nullcontext():
@@ -88,17 +88,17 @@ def worked(work: Callable[[_Job], _Outcome], job: _Job, *, limited: bool = False
 
 
 class Executor(Protocol):
-    """Does a module's function on all jobs, somewhere, reporting each as it ends."""
+    """Runs a module's function on all jobs, and reports each as it ends."""
 
     def __call__(self, work: Callable[[Any], Any], todo: Iterable[Any], *, report: Report[Any, Any]) -> None:
-        """Work all of ``todo``, of which no more is asked for than can be handed out; raises what the work raises."""
+        """Process all of ``todo``, which is only consumed as jobs are handed out; raises errors of the work."""
         ...
 
 
 def outcomes_of(
     run_all: Executor, work: Callable[[Any], _Outcome], todo: Sequence[Any], progress: Progress[_Outcome] = silent
 ) -> list[_Outcome]:
-    """Do a module's function on all of ``todo``; return what came of each, in the order in which they ended."""
+    """Run a module's function on all of ``todo``; return the outcomes in the order in which jobs ended."""
     found: list[_Outcome] = []
 
     def keep(outcome: _Outcome) -> None:
@@ -110,7 +110,7 @@ def outcomes_of(
 
 
 class Supply(Generic[_Job]):
-    """Jobs that wait, each with its number: those that came back or follow from others first, then the rest."""
+    """Waiting jobs with their numbers: returned and follow-up jobs first, then the rest."""
 
     def __init__(self, todo: Iterable[_Job]) -> None:
         self._rest = iter(todo)
@@ -118,13 +118,13 @@ class Supply(Generic[_Job]):
         self._numbered = 0
 
     def take(self) -> tuple[int, _Job] | None:
-        """The next job; None where none waits now."""
+        """The next job; None if none waits now."""
         if self._first:
             return self._first.popleft()
         return next(((self._number(), job) for job in self._rest), None)
 
     def take_some(self, most: int) -> list[tuple[int, _Job]]:
-        """The next jobs, ``most`` of them or as many as wait now."""
+        """The next jobs, at most ``most``."""
         return [taken for taken in (self.take() for _ in range(most)) if taken is not None]
 
     def give_back(self, number: int, job: _Job) -> None:
@@ -132,7 +132,7 @@ class Supply(Generic[_Job]):
         self._first.appendleft((number, job))
 
     def follow(self, jobs: Iterable[_Job] | None) -> None:
-        """Let jobs wait that follow from one that ended."""
+        """Add the follow-up jobs of a finished one."""
         self._first.extend((self._number(), job) for job in jobs or ())
 
     def _number(self) -> int:
@@ -141,22 +141,21 @@ class Supply(Generic[_Job]):
 
 
 AHEAD = 2
-"""Sessions handed to each worker ahead of time, so that none waits while this process is at one itself."""
+"""Sessions handed to each worker ahead of time, so that none waits while this process computes."""
 BESIDE = 3
-"""Jobs that one process has open while it works alone and they wait for a store: one begins, one computes, one ends."""
+"""Open jobs of a single process that waits for a store: one begins, one computes, one ends."""
 STOP_S = 0.1
-"""How often somebody is asked who may want to stop."""
+"""Interval for checking whether to stop."""
 
 
 def process_all(
     work: Callable[[_Job], _Outcome], todo: Iterable[_Job], workers: int, report: Report[_Outcome, _Job]
 ) -> None:
-    """Do a module's function on all sessions in ``workers`` processes, this one among them, reporting each as it ends.
+    """Run a module's function on all sessions in ``workers`` processes, including this one, and report each as it ends.
 
-    Each process does its linear algebra in one thread: the matrices are small, and how many threads add up a sum shows
-    in its last digits. What the work logs is logged here, in the order of ``todo``. Raises what that raises, and
-    OutputError where a worker is ended from outside. Whatever is raised, an interrupt included, the other processes are
-    gone then.
+    Each process does its linear algebra in one thread: the matrices are small, and the number of threads changes the
+    last digits of sums. Logs of the work are logged here, in the order of ``todo``. Raises errors of the work, and
+    OutputError if a worker is killed. After any error or interrupt, the other processes have ended.
     """
     log, rest = LogInOrder(), iter(todo)
     first = list(islice(rest, workers))
@@ -170,14 +169,14 @@ def process_all(
                 supply.follow(report(outcome))
     except BrokenProcessPool as error:
         raise OutputError(
-            "a worker process was ended from outside (out of memory?); run the same command again with fewer --jobs"
+            "a worker process was killed (maybe out of memory); run the same command again with a smaller --jobs"
         ) from error
     finally:
         log.close()
 
 
 def _pool_for(work: object, first: list[_Job], stack: ExitStack) -> tuple[futures.Executor | None, int]:
-    """What works beside this process, and how many jobs it is given ahead: threads for jobs that wait for a store."""
+    """Workers besides this process, and their number of jobs in advance: threads for jobs that wait for a store."""
     if len(first) > 1:
         return stack.enter_context(worker_pool(len(first) - 1)), AHEAD * (len(first) - 1)
     if work is run_job and any(isinstance(job, Job) and job.waits for job in first):
@@ -190,9 +189,9 @@ def _pool_for(work: object, first: list[_Job], stack: ExitStack) -> tuple[future
 def _outcomes(
     work: Callable[[_Job], _Outcome], supply: Supply[_Job], pool: futures.Executor | None, ahead: int
 ) -> Iterator[tuple[int, Worked[_Outcome]]]:
-    """Keep the pool supplied, and do the next session here meanwhile, unless threads of this process do them all.
+    """Keep the pool supplied, and process the next session here meanwhile, unless threads of this process do all.
 
-    Yields each job's number and what came of it as it ends.
+    Yields each job's number and outcome as it ends.
     """
     running: dict[Future[Worked[_Outcome]], int] = {}
     here = not isinstance(pool, ThreadPoolExecutor)
@@ -213,10 +212,10 @@ def _outcomes(
 def done_in(
     pool: ProcessPoolExecutor, work: Callable[[_Job], _Outcome], todo: list[_Job], stopped: Callable[[], bool]
 ) -> Iterator[_Outcome]:
-    """Do a module's function on all jobs in a pool, nothing of it here; yield each outcome as it ends.
+    """Run a module's function on all jobs in a pool only; yield each outcome as it ends.
 
-    What it logs is logged here. Once ``stopped`` says so, jobs that have not begun are left out. Raises OutputError
-    where a worker is ended from outside; the pool is of no use then.
+    Its logs are logged here. Once ``stopped`` is true, jobs that have not begun are skipped. Raises OutputError if a
+    worker is killed; the pool cannot be used after that.
     """
     waiting = {pool.submit(worked, work, job) for job in todo}
     try:
@@ -229,7 +228,7 @@ def done_in(
             if stopped():
                 waiting -= {future for future in waiting if future.cancel()}
     except BrokenProcessPool as error:
-        raise OutputError("a worker process was ended from outside (out of memory?); start again") from error
+        raise OutputError("a worker process was killed (maybe out of memory); start again") from error
     finally:
         for future in waiting:
             future.cancel()
@@ -259,15 +258,15 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 @contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Let an interrupt wait until this is over.
+    """Delay interrupts until the block ends.
 
-    Processes started meanwhile hold interrupts back for good, as they must: one that comes while a worker is still
-    importing would end it with a traceback.
+    Processes started meanwhile ignore interrupts, because one during the imports of a worker would end it with a
+    traceback.
     """
     came: list[int] = []
     here = threading.current_thread() is threading.main_thread()
     handler = signal.signal(signal.SIGINT, lambda number, _: came.append(number)) if here else None
-    masks = hasattr(signal, "pthread_sigmask")  # Windows has none; a mask is inherited, as a handler is not
+    masks = hasattr(signal, "pthread_sigmask")  # not on Windows; unlike a handler, a mask is inherited
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
         yield
@@ -281,7 +280,7 @@ def _interrupts_held_back() -> Iterator[None]:
 
 
 def _start_worker() -> None:
-    """Calculate in one thread, leave interrupts to the main process, and end at once when that dies."""
+    """Compute in one thread, leave interrupts to the main process, and end as soon as that dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     search_seldom()
     keep_freed_memory()

@@ -1,6 +1,5 @@
-"""Everything before a walk, and what follows from moving a site.
+"""Preparation of a site, and changes of its frame.
 
-A site begins with ``init``, is looked at with ``show``, which also finds where its floors can be walked; ``plan`` says
-where landmarks should stand, ``register`` where they really hang. ``write`` gives its files in another layout or frame,
-``rebase`` carries labels and data sets over to a new one.
+``init`` starts a site, ``show`` draws it and its walkable space, ``plan`` plans landmarks, and ``register`` computes
+their measured positions. ``rebase`` writes sites, labels and data sets in another layout or frame.
 """

@@ -1,6 +1,6 @@
-"""Beginning a site: a plan becomes a floor of ``site.toml``, or the published layout is described by one.
+"""Starts a site: adds a plan as a floor of ``site.toml``, or describes the published layout by one.
 
-Before a plan is taken, the part of a page that the building covers is found, and its size is compared with its shape.
+For a plan, the part of the page with the building is found, and its size is compared with its shape.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from vislam2tag.site.site_file import (
 
 @dataclass(frozen=True)
 class NewFloor:
-    """A floor to add; ``part.plan`` tells how ``plan``, a file anywhere, is to be read."""
+    """A floor to add; ``part.plan`` specifies how to read ``plan``, a file anywhere."""
 
     plan: AnyPath
     part: FloorPart
 
 
 def competition_floor(folder: Path, number: int | None) -> NewFloor:
-    """A floor's folder of the Indoor Location Competition 2.0, whose map fills the floor's extent.
+    """A floor's folder of the Indoor Location Competition 2.0, with a map that fills the floor's extent.
 
-    ``number`` is the floor's; None: as the folder's name says. Raises SurveyError where its files cannot be used.
+    ``number`` is the floor's; None: from the folder's name. Raises SurveyError if its files cannot be used.
     """
     path = folder / INFO_FILE
     try:
@@ -54,7 +54,7 @@ def competition_floor(folder: Path, number: int | None) -> NewFloor:
     name = folder.resolve().name
     number = floor_number(name) if number is None else number
     if number is None:
-        raise UsageError(f"--floor: {name} is no floor's name such as F4 or B1; give its number")
+        raise UsageError(f"--floor: {name} is not a floor name such as F4 or B1; give its number")
     return NewFloor(folder / OUTLINES, FloorPart(number=number, name=name, plan=source))
 
 
@@ -66,16 +66,16 @@ def is_competition_floor(path: Path) -> bool:
 def add_floor(
     root: AnyPath, new: NewFloor, building: str = "", georeference: GeoreferencePart | None = None
 ) -> SiteFile:
-    """Copy a plan into a survey's folder, where it is not there yet, and describe it in ``site.toml``.
+    """Copy a plan to a survey's folder, unless it is already there, and describe it in ``site.toml``.
 
-    ``building`` and ``georeference`` replace what the file says, where they are given. Raises SurveyError or
-    UsageError where the plan cannot be used or the floor is there already, OutputError where nothing can be written.
+    ``building`` and ``georeference`` replace those of the file, if given. Raises SurveyError or
+    UsageError if the plan cannot be used or the floor already exists, OutputError if nothing can be written.
     """
     root = Path(root)
     site = read_site_file(root) if has_site_file(root) else None
     floors = () if site is None else site.floors
     if any(floor.number == new.part.number for floor in floors):
-        raise UsageError(f"--floor {new.part.number}: {root / SITE_FILE} has that floor already; edit it there")
+        raise UsageError(f"--floor {new.part.number}: {root / SITE_FILE} already has that floor; edit it there")
     earth = georeference or (None if site is None else site.georeference)
     _check(new, earth)
     inside = _inside(root, new)
@@ -95,10 +95,10 @@ def add_floor(
 def describe_published(root: Path, building: str = "", georeference: GeoreferencePart | None = None) -> SiteFile:
     """Write the ``site.toml`` of a survey in the published layout; its files stay as they are.
 
-    Raises UsageError where it has one, SurveyError where it is no survey.
+    Raises UsageError if it has one, SurveyError if it is not a survey.
     """
     if has_site_file(root):
-        raise UsageError(f"{root / SITE_FILE}: is there already; edit it, or add a floor by --plan")
+        raise UsageError(f"{root / SITE_FILE}: the file already exists; edit it, or add a floor with --plan")
     site, _ = read_site(root, follow_links=True)
     parts = tuple(_published_part(root, floor) for floor in site.floors)
     whole = SiteFile(name=building, georeference=georeference, floors=parts)
@@ -116,7 +116,7 @@ def _published_part(root: Path, floor: Floor) -> FloorPart:
 
 
 def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
-    """Load the plan as it will be; raises SurveyError or UsageError where that fails."""
+    """Load the plan with its future description; raises SurveyError or UsageError if that fails."""
     georeference = None if earth is None else earth.georeference()
     points = ControlPoints((), np.empty((0, 2)))
     floor = Floor(
@@ -132,7 +132,7 @@ def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
 
 
 def _inside(root: Path, new: NewFloor) -> Path:
-    """Where the plan lies in the survey's folder, or will."""
+    """Present or future path of the plan in the survey's folder."""
     plan = Path(new.plan).resolve()
     if plan.is_relative_to(root.resolve()):
         return plan.relative_to(root.resolve())
@@ -144,7 +144,7 @@ def _copy(source: Path, root: Path, inside: Path) -> None:
     if target.exists() and target.resolve() == source.resolve():
         return
     if target.exists():
-        raise OutputError(f"{target}: is there already; remove it, or give it as --plan")
+        raise OutputError(f"{target}: the file already exists; remove it, or use it with --plan")
     files = [path for path in sorted(source.rglob("*")) if path.is_file()] if source.is_dir() else [source]
     with survey_output(target):
         for path in files:
@@ -156,17 +156,17 @@ def _write(root: Path, site: SiteFile) -> None:
 
 
 _SHAPE_TOLERANCE = 0.03
-"""How far width by height may be from the picture's: whoever measures a building rounds to half a metre."""
+"""Tolerance of width by height against the picture's, because measured sizes are rounded to half a metre."""
 
 
 def settled_source(
     path: Path, source: PlanSource, *, whole: bool = False, stretch: bool = False
 ) -> tuple[PlanSource, list[str]]:
-    """Say which part of a plan counts, and what was decided, in sentences to tell.
+    """Choose the part of a plan to use, and describe the decision in sentences.
 
-    Of a sheet of paper that shows more than the building, the building is taken, or the page, whichever has the shape
-    of the width and height given; ``whole``: always the page. ``stretch``: whatever the shape. Raises UsageError where
-    width and height fit neither, or there is no scale, SurveyError where the plan cannot be read.
+    If a page shows more than the building, the building or the page is used, depending on which matches the given width
+    and height; ``whole``: always the page. ``stretch``: any shape. Raises UsageError if
+    width and height fit neither, or there is no scale, SurveyError if the plan cannot be read.
     """
     with plan_called(path):
         look = look_at_plan(path, source)
@@ -181,31 +181,31 @@ def settled_source(
 
 
 def no_scale(path: Path, source: PlanSource) -> str:
-    """What to do about a plan of which no scale is known."""
+    """Remedy for a plan without a known scale."""
     look = look_at_plan(path, source)
     paper = ""
     if look.paper_m is not None:
         width, height = (1000 * look.paper_m * each for each in _size(look.box))
-        paper = f" ({width:.0f} mm x {height:.0f} mm on paper: --scale 1:100, or as it says, will do)"
+        paper = f" ({width:.0f} mm x {height:.0f} mm on paper; with --scale, for example 1:100, that is enough)"
     return (
-        f"tells no scale{paper}; give --width-m or --height-m or both, two --point, --distance, --scale or --unit-m; "
-        "--click FILE.html writes a page to click a known distance on"
+        f"the file has no scale{paper}. Use --width-m or --height-m or both, two --point, --distance, --scale or "
+        "--unit-m; --click FILE.html writes a page for clicking a known distance"
     )
 
 
 def _without_margins(source: PlanSource, look: PlanLook, building: Bounds) -> tuple[PlanSource, list[str]]:
-    """Take the building on a sheet, unless only the sheet has the shape given."""
+    """Use the building on a sheet, unless only the sheet matches the given shape."""
     left, right, low, high = (round(edge, 1) for edge in building)
     asked = _shape_asked(source)
     if asked is not None and not _alike(asked, _size(building)) and _alike(asked, _size(look.box)):
         return source, [
-            f"the size was taken for the whole page, whose shape it has; the drawing on it lies between "
-            f"{left:g},{low:g} and {right:g},{high:g}: --area {left:g},{low:g},{right:g},{high:g} takes that instead"
+            f"the size applies to the whole page, because their shapes match. To use only the drawing, add "
+            f"--area {left:g},{low:g},{right:g},{high:g}"
         ]
-    what = "has a frame" if look.framed else "is wider than what is drawn on it"
+    what = "has a frame" if look.framed else "is larger than the drawing"
     return source.model_copy(update={"area": (left, low, right, high)}), [
-        f"the page {what}: only the drawing between {left:g},{low:g} and {right:g},{high:g} was taken, and the size is "
-        "its; --area page takes the whole page, --area X,Y,X,Y another part"
+        f"the page {what}: only the drawing between {left:g},{low:g} and {right:g},{high:g} is used, and the size "
+        "applies to it; use --area page for the whole page, or --area X,Y,X,Y for another part"
     ]
 
 
@@ -218,10 +218,10 @@ def _refuse_other_shape(path: Path, source: PlanSource, look: PlanLook) -> None:
     assert width_m is not None
     page = ", nor has the page" if source.area is not None and look.building is not None else ""
     raise UsageError(
-        f"{path}: what it shows is {size[0] / size[1]:.3f} times as wide as high, but {width_m:g} m x {height_m:g} m "
-        f"is {asked:.3f}{page}; give --width-m {width_m:g} alone (the height is then "
-        f"{width_m * size[1] / size[0]:.2f} m), the part that is so large by --area, or --stretch if its pixels are "
-        "not square"
+        f"{path}: the drawing is {size[0] / size[1]:.3f} times as wide as high, but {width_m:g} m x {height_m:g} m "
+        f"is {asked:.3f}{page}. Use --width-m {width_m:g} alone (the height is then "
+        f"{width_m * size[1] / size[0]:.2f} m), choose the part with this size by --area, or use --stretch if the "
+        "pixels are not square"
     )
 
 

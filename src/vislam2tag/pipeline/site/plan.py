@@ -1,4 +1,4 @@
-"""From a site to its plans of landmarks: drawings, lists, a summary, a page; the site's own files if wanted."""
+"""From a site to its landmark plans: drawings, lists, summary and page, and the site's own files if wanted."""
 
 from __future__ import annotations
 
@@ -53,31 +53,31 @@ class PlanRequest:
     floors: tuple[int, ...] = ()
     first_id: int = 1
     anew: bool = False
-    """Whether the site's landmarks are left out of account instead of being fixed."""
+    """Whether the site's landmarks are ignored instead of being fixed."""
     forbidden: AnyPath | None = None
     mask: AnyPath | None = None
-    """Drawn correction of what can be walked, for the one floor that is planned."""
+    """Correction mask of the walkable space, if only one floor is planned."""
     write: bool = False
     """Whether the new landmarks are added to the site's own files."""
     walkable: WalkableSettings = field(default_factory=WalkableSettings)
-    """How walkable space is found on the floors' plans."""
+    """Settings for finding walkable space on the floors' plans."""
     follow_links: bool = False
     """Use and draw floor plans, too, that links lead to outside the survey."""
 
 
 @dataclass(frozen=True)
 class PlannedFloor:
-    """One floor's plan and what is said of it."""
+    """One floor's plan and its records."""
 
     floor: Floor
     design: FloorDesign
     summary: FloorPlanRecord
     hanging: Landmarks
-    """The landmarks that hang there and are taken into account."""
+    """Existing landmarks that are taken into account."""
 
 
 def is_plan(folder: Path) -> bool:
-    """Whether the folder holds plans."""
+    """Whether the folder contains plans."""
     return (folder / SUMMARY_FILE).is_file()
 
 
@@ -88,10 +88,10 @@ def write_plans(
     request: PlanRequest,
     progress: Progress[str] = silent,
 ) -> PlanSummary:
-    """Plan the landmarks of a site's floors into ``out``, which appears whole or not at all.
+    """Plan the landmarks of a site's floors and write them to ``out``, which appears complete or not at all.
 
-    ``progress`` hears the name of each step of a floor when it begins, and the number of floors. Raises SurveyError
-    where the site or a floor cannot be planned, UsageError for a floor that it has not, OutputError where something
+    ``progress`` is called with the name of each step of a floor when it begins, and the number of floors. Raises
+    SurveyError if the site or a floor cannot be planned, UsageError for an unknown floor, OutputError if something
     cannot be written.
     """
     site_folder, out = Path(site_folder), Path(out)
@@ -102,7 +102,7 @@ def write_plans(
     for floor in () if request.follow_links else floors:
         refuse_outside_plan(site_folder, floor)
     if request.mask is not None and len(request.floors) != 1:
-        raise UsageError("--mask: corrects one floor; name it with --floor")
+        raise UsageError("--mask corrects one floor; choose it with --floor")
     forbidden = {} if request.forbidden is None else read_forbidden(Path(request.forbidden))
     unknown = sorted(set(forbidden) - {floor.number for floor in site.floors})
     if unknown:
@@ -134,7 +134,7 @@ def write_plans(
 def constraints_of(
     site: Site, floor: Floor, forbidden: FloatArray | None = None, *, anew: bool = False
 ) -> FloorConstraints:
-    """What is given of a floor: its surveyed landmarks, unless planned ``anew``, and rectangles (f, 4) without any."""
+    """Constraints of a floor: its surveyed landmarks, unless planned ``anew``, and forbidden rectangles (f, 4)."""
     here = site.landmarks.on_floor(floor.number)
     rows = [] if anew else np.flatnonzero(here.surveyed).tolist()
     names = tuple(here.ids[row] for row in rows)
@@ -150,7 +150,7 @@ def designed(
     given: FloorConstraints,
     progress: Progress[str] = silent,
 ) -> tuple[FloorDesign, CorridorGraph]:
-    """Plan a floor from its plan's walkable space; raises SurveyError where that fails."""
+    """Plan a floor from its plan's walkable space; raises SurveyError if that fails."""
     progress("walkable space", len(STEPS))
     mask = floor_mask(floor, path_or_none(request.mask))
     space = walkable_space(floor_plan(floor), request.walkable, mask)
@@ -181,7 +181,7 @@ def _write(folder: Folder, planned: Sequence[PlannedFloor], result: PlanSummary)
 def add_to_site(site_folder: Path, result: PlanSummary) -> None:
     """Add the new landmarks to the floors' own files as planned, not measured; each is replaced whole.
 
-    Raises OutputError where one cannot be read or written.
+    Raises OutputError if one cannot be read or written.
     """
     folders = _floor_folders(site_folder)
     for floor in result.floors:
@@ -193,13 +193,13 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         except OSError as error:
             raise OutputError(f"{path}: cannot be read ({error.strerror}); nothing was written to it") from error
         text = marker_text(before, floor.landmarks)
-        # the states come first: a position without one would count as measured
+        # the states come first, because a position without one would count as measured
         write_states(site_folder, path.parent, planned_states(floor.landmarks))
         write_in_survey(site_folder, path, text.encode("utf-8", errors="surrogateescape"))
 
 
 def _landmark_text(root: Path, path: Path) -> str:
-    """What a floor's landmark file says: to the letter where it is as we write it, else in our columns."""
+    """A floor's landmark file: unchanged if it has our columns, otherwise converted to them."""
     there = table_path(path)
     if not there.is_file():
         return ""
@@ -210,7 +210,7 @@ def _landmark_text(root: Path, path: Path) -> str:
 
 
 def _floor_folders(site_folder: Path) -> dict[int, Path]:
-    """The folders of the floors; a site that site.toml describes may have none yet."""
+    """The folders of the floors; a site with a site.toml may have none yet."""
     try:
         return floor_folders(site_folder)[0]
     except SurveyError:

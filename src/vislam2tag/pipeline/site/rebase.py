@@ -1,4 +1,4 @@
-"""Sites, landmarks, labels and data sets in another layout or frame; the source stays untouched."""
+"""Writes sites, landmarks, labels and data sets in another layout or frame, without changing the source."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ from vislam2tag.views.run_summary import summarise
 def write_published(
     root: AnyPath, out: AnyPath, *, follow_links: bool = False
 ) -> tuple[FrameChanges, tuple[Finding, ...]]:
-    """Write a site in the published layout to ``out``, whole: plans as images, landmarks, control points.
+    """Write a complete site in the published layout to ``out``: plans as images, landmarks, control points.
 
-    That layout's origin is the plan's lower left corner: positions move there, and ``rebase.toml`` says how. A floor
-    without extent has no row in ``floor_dimensions.csv``, which is a finding; and so is what links lead to outside the
-    survey, which is left out unless ``follow_links`` is given. Sessions are not copied. Raises
-    SurveyError where ``root`` is no site, OutputError where ``out`` cannot be written.
+    That layout's origin is the plan's lower left corner; ``rebase.toml`` contains the shift of positions. There are
+    findings for floors without extent, which have no row in ``floor_dimensions.csv``, and for files that links lead to
+    outside the survey, which are skipped without ``follow_links``. Sessions are not copied. Raises SurveyError if
+    ``root`` is not a site, OutputError if ``out`` cannot be written.
     """
     root, out = Path(root), Path(out)
     site, findings = read_site(root, follow_links=follow_links)
@@ -79,10 +79,10 @@ def write_published(
 
 
 def write_changed_site(root: Path, out: Path, changes: FrameChanges, *, follow_links: bool = False) -> list[Finding]:
-    """Write the landmark and control point files of a site in another frame to ``out``, whole.
+    """Write all landmark and control point files of a site in another frame to ``out``.
 
-    Those that links lead to outside the site are left out and named, unless ``follow_links`` is given. Raises
-    SurveyError where ``root`` is no site or a floor has no change, OutputError where ``out`` cannot be written.
+    Files that links lead to outside the site are skipped and named, unless ``follow_links`` is given. Raises
+    SurveyError if ``root`` is not a site or a floor has no change, OutputError if ``out`` cannot be written.
     """
     _, findings = read_site(root, follow_links=follow_links)
     with whole_folder(out, _ours) as folder:
@@ -93,7 +93,7 @@ def write_changed_site(root: Path, out: Path, changes: FrameChanges, *, follow_l
 
 
 def _ours(folder: Path) -> bool:
-    """Whether these functions wrote a folder, and nobody has made a survey of it: one with sessions is not replaced."""
+    """Whether these functions wrote a folder, and it has no sessions, which would not be replaced."""
     return (folder / CHANGE_FILE).is_file() and not any(folder.glob("floor_*/*/"))
 
 
@@ -109,7 +109,7 @@ def _dimensions(floors: Iterable[Floor]) -> str:
 def _write_plan(floor: Floor, own: Folder) -> list[Finding]:
     drawn = plan_file(floor, own)
     if drawn is None or floor.extent_m is None:
-        message = f"floor {floor.number} has no plan that can be drawn; it is written without"
+        message = f"floor {floor.number} has no plan that can be drawn, so it is written without a plan"
         return [Finding(kind="missing_plan", file=own.path.name, count=1, message=message, severity=Severity.WARNING)]
     if drawn.parent == own.path:
         own.move(drawn.name, own, f"floorplan{drawn.suffix}")
@@ -122,7 +122,7 @@ def _write_plan(floor: Floor, own: Folder) -> list[Finding]:
 
 
 def _write_surveyed(root: Path, out: Folder, changes: Mapping[int, FrameChange], follow_links: bool) -> int:
-    """Write every floor's landmark and control point file that there is; return how many."""
+    """Write every existing landmark and control point file; return their number."""
     written = 0
     names = [(folder, name) for folder in sorted(root.glob("floor_*")) for name in (LANDMARK_FILE, CONTROL_POINT_FILE)]
     for folder, name in names:
@@ -147,7 +147,7 @@ def _number(path: Path) -> int:
     try:
         return int(path.parent.name.removeprefix("floor_"))
     except ValueError as error:
-        raise SurveyError(f"{path.parent}: is no floor's folder such as floor_1; rename it") from error
+        raise SurveyError(f"{path.parent}: not a floor folder such as floor_1; rename it") from error
 
 
 REPORT_FILE = "report.html"
@@ -164,18 +164,18 @@ def rebase(
     follow_links: bool = False,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> str:
-    """Write ``source`` in its new frame to ``out``, whole or not at all; return what it is.
+    """Write ``source`` in its new frame to ``out``, which appears complete or not at all; return its kind.
 
     ``source`` is an output folder of ``process``, a data set, a site, or a file with landmarks of several floors.
-    ``new_site`` is the site that the frame is of: labels and data sets take its floors and plans; ``building`` is what
-    a data set with several calls it; ``replace`` allows ``out`` to hold a data set of another command. What links lead
-    to outside a site is left out, of which ``tell`` hears, unless ``follow_links`` is given. Raises
-    SurveyError or DatasetError where the source cannot be read or a floor has no change, UsageError where ``new_site``
-    or ``building`` is missing, OutputError where ``out`` cannot be written.
+    ``new_site`` is the site of the new frame, which provides floors and plans of labels and data sets. ``building`` is
+    its name in a data set with several. ``replace`` allows ``out`` to contain a data set of another command. ``tell``
+    is called with files that are skipped because links lead outside a site, unless ``follow_links`` is given. Raises
+    SurveyError or DatasetError if the source cannot be read or a floor has no change, UsageError if ``new_site``
+    or ``building`` is missing, OutputError if ``out`` cannot be written.
     """
     source, out, new_site = Path(source), Path(out), path_or_none(new_site)
     if out.exists() and out.resolve() == source.resolve():
-        raise UsageError(f"--out {out}: is what is to be rebased, and stays as it is; choose another place")
+        raise UsageError(f"--out {out}: this is the source, which must not change; choose another folder")
     if source.is_file():
         write_file(out, changed_landmarks_text(source.parent, source, changes.by_floor, None))
         return "landmarks"
@@ -183,7 +183,7 @@ def rebase(
         tell(write_changed_site(source, out, changes, follow_links=follow_links))
         return "site"
     if new_site is None:
-        raise UsageError("--to: labels and data sets need the new site, for its floors and plans")
+        raise UsageError("labels and data sets need --to with the new site, for its floors and plans")
     site, findings = read_site(new_site, follow_links=follow_links)
     tell(left_out_of(findings))
     if is_dataset(source):
@@ -197,7 +197,7 @@ def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, n
     there = {floor for session in labelled.sessions for floor in floors_of_result(session.result())}
     _refuse_missing_change(there, changes)
     for number in sorted(there - {floor.number for floor in new.site.floors}):
-        raise SurveyError(f"{new.root}: has no floor {number}, which the labels are on; add it")
+        raise SurveyError(f"{new.root}: the new site has no floor {number}, but the labels do; add it")
     with whole_folder(out, _is_rebased) as folder:
         _write_run(labelled, folder, changes, new.site, new.root)
         refs = [_write_session(labelled, session, folder, changes.by_floor) for session in labelled.sessions]
@@ -206,7 +206,7 @@ def _rebase_labels(labelled: LabelledSurvey, out: Path, changes: FrameChanges, n
 
 
 def _is_rebased(folder: Path) -> bool:
-    """Whether a folder holds labels that were rebased."""
+    """Whether a folder contains rebased labels."""
     return is_labelled(folder) and (folder / CHANGE_FILE).is_file()
 
 
@@ -217,7 +217,7 @@ def _refuse_missing_change(numbers: Iterable[int], changes: FrameChanges) -> Non
 
 
 def _write_run(labelled: LabelledSurvey, folder: Folder, changes: FrameChanges, site: Site, new_site: Path) -> None:
-    """The run's record with the new site's floors, and how the labels came there."""
+    """The run's record with the new site's floors, and the changes of the labels."""
     run = read_json(labelled.root / RUN_FILE)
     run["floors"] = floor_records(site)
     run["site_from_outside"] = is_described_from_outside(new_site)
@@ -230,7 +230,7 @@ def _write_run(labelled: LabelledSurvey, folder: Folder, changes: FrameChanges, 
 def _write_session(
     labelled: LabelledSurvey, session: LabelledSession, folder: Folder, changes: Mapping[int, FrameChange]
 ) -> SessionRef:
-    """Write a session's tables and result, and say which session it is."""
+    """Write a session's tables and result, and return the session."""
     strategy = str(labelled.settings.get("strategy", ""))
     for name in SCHEMAS:
         path = labelled.root / name / f"{session.slug}.parquet"
@@ -249,7 +249,7 @@ def _reduce(labelled: LabelledSurvey, folder: Folder, survey: Survey) -> None:
         settings = ProcessSettings.model_validate(labelled.settings)
     except ValidationError as error:
         raise DatasetError(
-            f"{labelled.root}: was made by another version, with other settings; run `vislam2tag process` again"
+            f"{labelled.root}: the labels are from another version, with other settings; run `vislam2tag process` again"
         ) from error
 
     def results() -> Iterator[SessionResult]:
@@ -262,7 +262,7 @@ def _reduce(labelled: LabelledSurvey, folder: Folder, survey: Survey) -> None:
 
 
 REBASE = "rebase"
-"""Kind of the source that the manifest then tells, whose settings hold the changes."""
+"""Kind of the source in the manifest; its settings contain the changes."""
 
 
 def rebase_dataset(
@@ -275,13 +275,13 @@ def rebase_dataset(
     replace: bool = False,
     follow_links: bool = False,
 ) -> None:
-    """Write a data set in its new frame; what is not of ``building`` stays (None: the only building).
+    """Write a data set in its new frame; other buildings than ``building`` stay (None: the only building).
 
-    Tables, floors, plans, page, statistics and card are of the new frame; splits stay as they are. ``replace`` allows
-    ``out`` to hold a data set of another command, ``follow_links`` to take files that links lead to outside their
-    folder. Raises DatasetError where ``source`` is none, SurveyError where a floor has no change or the new site no
-    such floor, UsageError where there are several buildings and none is named, OutputError where ``out`` cannot be
-    written.
+    Tables, floors, plans, page, statistics and card are in the new frame; splits do not change. ``replace`` allows
+    ``out`` to contain a data set of another command, ``follow_links`` includes files that links lead to outside their
+    folder. Raises DatasetError if ``source`` is not a data set, SurveyError if a floor has no change or is missing in
+    the new site, and UsageError if there are several buildings and none is named. Raises
+    OutputError if ``out`` cannot be written.
     """
     dataset = open_dataset_to_share(source, follow_links=follow_links)
     site, _ = read_site(new_site, follow_links=follow_links)
@@ -305,7 +305,9 @@ def _building(info: DatasetInfo, wanted: str | None) -> str:
     if wanted is None and len(names) == 1:
         return names[0]
     if wanted not in names:
-        raise UsageError(f"--building {wanted or ''}: the data set has the buildings {', '.join(names)}; give one")
+        raise UsageError(
+            f"--building {wanted or ''}: the data set has the buildings {', '.join(names)}; choose one of them"
+        )
     return wanted
 
 
@@ -368,7 +370,7 @@ def _info(
 
 
 def _field_work(source: Path) -> FieldWork | None:
-    """What the survey took as a whole, as the old statistics tell."""
+    """Effort of the whole survey, from the old statistics."""
     statistics = read_statistics(source)
     effort = statistics.effort if statistics is not None else None
     if effort is None or effort.people is None:

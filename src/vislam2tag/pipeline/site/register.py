@@ -1,4 +1,4 @@
-"""Registering a floor: from surveyors' files to positions, and those into the site or a folder."""
+"""Registers a floor: from surveyors' files to positions, which are written to the site or a folder."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class FloorFiles:
     stations: AnyPath | Sequence[AnyPath] = ()
     control: AnyPath | None = None
     known: Sequence[str] = ()
-    """Points of the site that are known, by name; ``all``: every one."""
+    """Known points of the site by name; ``all``: all of them."""
     tape: AnyPath | None = None
     targets: AnyPath | None = None
     clicks: AnyPath | None = None
@@ -55,12 +55,12 @@ class FloorFiles:
 
 
 def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
-    """Read the site and choose its floor, the only one where no number is given; raises UsageError otherwise."""
+    """Read the site and choose its floor, or the only one without a number; raises UsageError otherwise."""
     site, _ = read_site(root, follow_links=True)
     if number is None:
         if len(site.floors) != 1:
             there = ", ".join(str(floor.number) for floor in site.floors)
-            raise UsageError(f"--floor: the site has several ({there}); say which")
+            raise UsageError(f"--floor: the site has several floors ({there}); choose one")
         return site, site.floors[0]
     refuse_unknown_floors(site, [number])
     return site, site.floor(number)
@@ -69,13 +69,13 @@ def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
 def register(site: Site, floor: Floor, sources: FloorFiles, settings: RegistrationSettings) -> Registration:
     """Read all files and adjust them.
 
-    Raises UsageError where nothing is measured, SurveyError where a file cannot be used or a frame is not determined.
+    Raises UsageError without measurements, SurveyError if a file cannot be used or a frame is not determined.
     """
     if not sources.stations and sources.tape is None and sources.clicks is None:
-        raise UsageError("nothing to register: give --station, --tape or --clicks")
+        raise UsageError("there are no measurements; use --station, --tape or --clicks")
     if sources.stations and sources.control is None and not sources.known:
         raise UsageError(
-            "--station needs known points: --control FILE, or --known ID for landmarks of the site (--known all)"
+            "--station needs known points; use --control FILE, or --known ID for landmarks of the site (--known all)"
         )
     measured, findings = _measured(site, floor, sources, settings)
     return register_floor(floor.number, measured, free_scale=sources.free_scale, findings=findings)
@@ -113,15 +113,15 @@ def _measured(
 
 
 def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: bool) -> list[Path]:
-    """Write the landmarks (and control points) into the floor's own files, and the record beside them.
+    """Write the landmarks (and control points) to the floor's own files, with the record in the same folder.
 
     Raises OutputError if the names are not those of the landmark table, or if the files have other positions and
     ``replace`` is not given; then nothing is written.
     """
     if found.has_other_names:
         raise OutputError(
-            f"{_folder_of(root, floor) / LANDMARK_FILE}: the names measured are not those of the table, so nothing is "
-            "written; give the points the ids of the table, or add rows with their ids to it"
+            f"{_folder_of(root, floor) / LANDMARK_FILE}: the measured names are not in the table, so nothing was "
+            "written; give the points ids of the table, or add rows with their ids to it"
         )
     folder = _folder_of(root, floor)
     texts = _texts(root, folder, floor, found, replace=replace)
@@ -131,7 +131,7 @@ def write_into_site(root: Path, floor: Floor, found: Registration, *, replace: b
 
 
 def write_folder(out: Path, root: Path, floor: Floor, found: Registration) -> list[Path]:
-    """Write the floor's files as they would be, the record and the figure into a folder of their own."""
+    """Write the floor's future files, the record and the figure to a separate folder."""
     texts = _texts(root, _folder_of(root, floor), floor, found, replace=True)
     figure = residual_figure(floor, found)
     with whole_folder(out, _is_ours) as new:
@@ -143,10 +143,10 @@ def write_folder(out: Path, root: Path, floor: Floor, found: Registration) -> li
 
 
 def check_out(out: Path, root: Path) -> None:
-    """Raise OutputError where the folder would be the site or lie among its floors."""
+    """Raise OutputError if the folder is the site or among its floors."""
     place, site = out.resolve(), root.resolve()
     if place == site or (site in place.parents and place.relative_to(site).parts[0].startswith("floor_")):
-        raise OutputError(f"{out}: lies among the site's own files; choose another name, or --write")
+        raise OutputError(f"{out}: this folder is among the site's own files; choose another name, or use --write")
 
 
 def _is_ours(folder: Path) -> bool:

@@ -35,17 +35,17 @@ KINDS = ("png", "pdf", "svg", "html")
 
 @dataclass(frozen=True)
 class FloorSummary:
-    """What is known of a floor, and how fine its plan is."""
+    """A floor with its resolution and findings."""
 
     floor: Floor
     pixel_m: float | None
-    """Width of a pixel of the plan, metres; None where it cannot be drawn."""
+    """Width of a pixel of the plan, metres; None if it cannot be drawn."""
     landmarks: LandmarkCounts
 
 
 @dataclass(frozen=True)
 class SiteSummary:
-    """A site with what is odd about its files and plans."""
+    """A site with findings about its files and plans."""
 
     site: Site
     floors: tuple[FloorSummary, ...]
@@ -53,20 +53,20 @@ class SiteSummary:
 
     @property
     def judgement(self) -> Judgement:
-        """Whether something is wrong with the site's files, and what was there to look at."""
+        """Judgement of the site's files, with what was checked."""
         plans = sum(one.pixel_m is not None for one in self.floors)
         marks = sum(one.landmarks.total for one in self.floors)
         wrong, warnings = (count_of(severity, self.findings) for severity in (Severity.ERROR, Severity.WARNING))
         missing = len(self.floors) - plans
-        why = f"{counted(missing, 'floor')} without a plan: whether landmarks are on it could not be judged"
+        why = f"{counted(missing, 'floor')} without a plan, so positions of its landmarks could not be checked"
         looked_at = f"{counted(len(self.floors), 'floor')}, {counted(plans, 'plan')}, {counted(marks, 'landmark')}"
         return Judgement.of(wrong, plans + marks, looked_at, why if missing else "", warnings)
 
 
 def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: bool = False) -> SiteSummary:
-    """Read a site and load its plans, without what comes from outside unless ``follow_links``; ``floors``: only these.
+    """Read a site and load its plans, without files from outside unless ``follow_links``; ``floors``: only these.
 
-    Raises SurveyError where it is none, UsageError where it has no such floor.
+    Raises SurveyError if it is not a site, UsageError for an unknown floor.
     """
     root = Path(root)
     site, findings = read_site(root, follow_links=follow_links)
@@ -82,7 +82,7 @@ def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: b
 
 
 def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
-    """Size of the plan's pixels, and what only loading it tells."""
+    """Size of the plan's pixels, and findings from loading it."""
     if floor.plan is None or floor.extent_m is None:
         return None, []
     try:
@@ -94,18 +94,18 @@ def _pixel(root: Path, floor: Floor) -> tuple[float | None, list[Finding]]:
 
 
 def title_of(root: Path, *, follow_links: bool = False) -> str:
-    """What the building is called, else the folder."""
+    """Name of the building, or otherwise of the folder."""
     return site_name(root, follow_links=follow_links) or root.resolve().name
 
 
 def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
     """Draw a site to a file whose suffix is one of :data:`KINDS`.
 
-    Raises UsageError for any other suffix, OutputError where the file cannot be written.
+    Raises UsageError for any other suffix, OutputError if the file cannot be written.
     """
     kind = out.suffix.lower().removeprefix(".")
     if kind not in KINDS:
-        raise UsageError(f"--out {out}: its name must end with {', '.join(f'.{each}' for each in KINDS)}")
+        raise UsageError(f"--out {out}: the name must end with one of {', '.join(f'.{each}' for each in KINDS)}")
     figure = site_plan([each.floor for each in summary.floors], summary.site.landmarks)
     if kind == "html":
         image = data_uri(rendered(figure, "png"))
@@ -119,7 +119,7 @@ RECORD = "walkable.json"
 
 @dataclass(frozen=True)
 class WalkableFloor:
-    """What was found on one floor."""
+    """Walkable space of one floor."""
 
     floor: Floor
     space: WalkableSpace
@@ -127,12 +127,12 @@ class WalkableFloor:
 
     @property
     def area_m2(self) -> float:
-        """How much of the floor can be walked, square metres."""
+        """Walkable area of the floor, square metres."""
         return float(self.space.area.mask.sum()) * self.space.area.cell_m**2
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What is odd about the plan."""
+        """Findings about the plan."""
         return self.space.findings
 
 
@@ -146,12 +146,12 @@ def write_walkable(
     follow_links: bool = False,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
 ) -> tuple[WalkableFloor, ...]:
-    """Find where floors of a site can be walked, and write for each one into ``out``.
+    """Find the walkable space of floors of a site, and write files for each floor to ``out``.
 
     ``floor_K.png`` is the drawing, ``floor_K.mask.png`` the same as a correction mask to paint on, ``floor_K.geojson``
-    the graph in the BCS. Plans that come from outside the survey are left out, of which ``tell`` hears, unless
-    ``follow_links`` is given. Raises SurveyError where a floor has no usable plan or nothing can be walked, UsageError
-    where there is no such floor or ``mask`` is for several, OutputError where nothing can be written.
+    the graph in the BCS. ``tell`` is called with plans from outside the survey, which are skipped unless
+    ``follow_links`` is given. Raises SurveyError if a floor has no usable plan or walkable space, UsageError for an
+    unknown floor or a ``mask`` for several, OutputError if nothing can be written.
     """
     root, out, mask = Path(root), Path(out), path_or_none(mask)
     site, findings = read_site(root, follow_links=follow_links)
@@ -165,7 +165,7 @@ def write_walkable(
         found.append(WalkableFloor(floor, space, corridor_graph(space)))
     if not found:
         raise SurveyError(
-            f"{root}: no floor has a plan to draw; add floor_K/floorplan.jpg or a site.toml, or give --follow-links to "
+            f"{root}: no floor has a plan to draw; add floor_K/floorplan.jpg or a site.toml, or use --follow-links to "
             "draw plans from outside the survey"
         )
     with whole_folder(out, lambda folder: (folder / RECORD).is_file()) as new:
@@ -213,7 +213,7 @@ def _geojson(graph: CorridorGraph) -> dict[str, object]:
 
 
 def floor_record(found: WalkableFloor) -> dict[str, object]:
-    """A floor as ``walkable.json`` has it."""
+    """A floor's entry in ``walkable.json``."""
     graph = found.graph
     return {
         "floor": found.floor.number,

@@ -1,1 +1,1 @@
-"""Layers of the studio's map: one file for those that tell of one thing."""
+"""Layers of the studio's map, with one file per topic."""

@@ -1,4 +1,4 @@
-"""Landmarks that contradict the rest, by the labels; by the last diagnosis, which references do, and which agree."""
+"""Layers of landmarks that contradict the others (from labels), and of all references (from the last diagnosis)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def contradictions(workspace: Workspace, floor: int) -> list[Feature]:
                 (found.surveyed_m[0] + found.offset_m[0], found.surveyed_m[1] + found.offset_m[1]),
             ],
             label=f"{found.landmark}: {found.greatest_m:.2f} m",
-            text=f"landmark {found.landmark} contradicts the rest in {found.sessions} of {found.seen} sessions, by "
+            text=f"landmark {found.landmark} contradicts the others in {found.sessions} of {found.seen} sessions by "
             f"up to {found.greatest_m:.2f} m: measure it again",
             severity=Severity.WARNING,
             landmarks=[found.landmark],
@@ -52,7 +52,7 @@ _AGREES, _ALONE = "#00664a", "#6e7781"
 
 
 def conflicts(workspace: Workspace, floor: int) -> list[Feature]:
-    """A dot for each landmark; a line to where each survey or walk has it that contradicts the others.
+    """A dot for each landmark; a line to its position in each contradicting survey or walk.
 
     None before a diagnosis of the survey as it is.
     """
@@ -64,7 +64,7 @@ def conflicts(workspace: Workspace, floor: int) -> list[Feature]:
 
 
 def _dots(here: Sequence[Reference]) -> Iterator[Feature]:
-    """Green where something said of a landmark could be compared, grey where nothing could."""
+    """Green if references of a landmark could be compared, otherwise grey."""
     compared = {one.landmark for one in here if one.verdict is not Verdict.NOTHING}
     for one in {one.landmark: one for one in here}.values():
         yield Feature(
@@ -91,5 +91,5 @@ def _lines(here: Sequence[Reference]) -> Iterator[Feature]:
             )
 
 
-_CONFLICTS = Title(en="Conflicts, by the last diagnosis", de="Konflikte, nach der letzten Diagnose")
+_CONFLICTS = Title(en="Conflicts (last diagnosis)", de="Konflikte (letzte Diagnose)")
 register(Layer("conflicts", _CONFLICTS, conflicts))

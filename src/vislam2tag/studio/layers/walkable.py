@@ -1,4 +1,4 @@
-"""Where a floor can be walked, found from its plan as planning finds it; what of it no walk came near yet."""
+"""Layers of a floor's walkable space, found as for planning, and of its part without walks."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace, plan_stamp
 
 _FOUND: dict[tuple[str, str], list[list[Point]]] = {}
-"""Regions by floor and plan, kept while their plan is as it was."""
+"""Cache of regions by floor and plan."""
 
 
 def walkable(workspace: Workspace, floor: int) -> list[Feature]:
-    """The region of one floor; none without a plan. Raises SurveyError if nothing on it can be walked."""
+    """The region of one floor; none without a plan. Raises SurveyError without walkable space."""
     chosen = workspace.now.survey.site.floor(floor)
     if chosen.plan is None:
         return []
@@ -36,7 +36,7 @@ def walkable(workspace: Workspace, floor: int) -> list[Feature]:
 
 
 def rings_of(space: WalkableSpace) -> list[list[Point]]:
-    """Closed lines about the region and its holes, the outer one, which encloses most, first."""
+    """Closed lines around the region and its holes, the outer one first."""
     ends = np.flatnonzero((space.walls[:-1, 1] != space.walls[1:, 0]).any(axis=1)) + 1
     rings = [part[:, 0] for part in np.split(space.walls, ends)]
     rings.sort(key=lambda ring: -float(np.ptp(ring, axis=0).prod()))
@@ -48,11 +48,11 @@ register(Layer("walkable", _WALKABLE, walkable))
 
 
 _WAY = "#a8447f"
-"""Of no walk's status."""
+"""A colour that no status has."""
 
 
 def gaps(workspace: Workspace, floor: int) -> list[Feature]:
-    """Areas of what is missing, a line through them and its first stop; none if the floor has no plan to walk."""
+    """Areas without walks, a line through them and its first stop; none if the floor has no usable plan."""
     record, space = covered(workspace, floor)
     if space is None:
         return []
@@ -96,5 +96,5 @@ def outlines(places_m: FloatArray, step_m: float) -> list[list[list[Point]]]:
     ]
 
 
-_GAPS = Title(en="Not walked yet, and the way there", de="Noch nicht begangen, und der Weg dorthin")
+_GAPS = Title(en="Areas not walked yet, and a walk through them", de="Noch nicht begangene Flächen und ein Weg dorthin")
 register(Layer("gaps", _GAPS, gaps))

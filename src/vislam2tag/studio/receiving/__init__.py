@@ -1,1 +1,1 @@
-"""Sessions handed over by phones: zips are checked and filed in the survey (docs/how-to/receive.md)."""
+"""Receives sessions from phones: checks zips and saves them in the survey (docs/how-to/receive.md)."""

@@ -43,22 +43,22 @@ from vislam2tag.studio.receiving.uploads import (
 from vislam2tag.studio.receiving.zips import RefusedZipError
 
 MOST_PER_REQUEST = 8 << 20
-"""Bytes of a zip that one request may bring."""
+"""Maximum bytes of a zip in one request."""
 SILENT_S = 10.0
-"""A request that brings nothing for so long is broken off: the phone may have left the network without a word."""
+"""Requests without data are closed after this time, because the phone may have left the network."""
 BODY_SHA256, ANSWER_MAC = "Upload-Body-SHA256", "Upload-Answer-MAC"
 UPLOADS = "/v2/uploads"
 SURVEY, PLANS = "/v2/survey", "/v2/plans"
 _FLOOR = re.compile(r"-?[0-9]{1,4}")
 _FORMER = "/v1/uploads/{name}"
-"""Where apps before version 2 of the upload ask, which send the token itself."""
+"""Address of apps before version 2 of the upload, which send the token itself."""
 _HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "Connection": "close"}
 _NO_SPACE = (errno.ENOSPC, errno.EDQUOT)
 
 
 @dataclass(frozen=True)
 class Listener:
-    """Who hears what happens: bytes kept of an upload, a session filed, something refused (by whom)."""
+    """Called with progress: received bytes of an upload, a saved session, a refusal with its client."""
 
     received: Callable[[str, int, int], None] = lambda _name, _received, _length: None
     filed: Callable[[str, FiledSession], None] = lambda _name, _filed: None
@@ -91,7 +91,7 @@ class Receiver:
 
     async def _former(self, _request: Request) -> Response:
         raise RefusalError(
-            410, "this app is older than the computer's program, and would send the token: update the app"
+            410, "this app is older than the computer's program and would send the token; update the app"
         )
 
     async def _survey(self, request: Request) -> Response:
@@ -129,26 +129,28 @@ class Receiver:
             raise _storage_refusal(error) from error
 
     async def _keep(self, request: Request, file: io.FileIO, name: str, offset: int, length: int) -> int:
-        """Write the body as it comes; returns how many bytes of the upload there are then.
+        """Write the body as it arrives; returns the number of received bytes of the upload.
 
-        What comes before a connection breaks stays: the SHA-256 of the whole zip, its name, is checked in the end.
+        Bytes before a lost connection stay, because the SHA-256 of the zip (its name) is checked in the end.
         """
         received, most, digest = offset, min(length, offset + MOST_PER_REQUEST), hashlib.sha256()
         try:
             async for block in blocks(request, SILENT_S):
                 if received + len(block) > most:
-                    raise RefusalError(400 if most == length else 413, "the request brings more bytes than it may")
+                    raise RefusalError(400 if most == length else 413, "the request has too many bytes")
                 _write_all(file.write, block)
                 digest.update(block)
                 received += len(block)
                 self._listener.received(name, received, length)
         except ClientDisconnect:
-            raise RefusalError(400, "the request broke off; what came is kept") from None
+            raise RefusalError(400, "the request was interrupted; the received bytes are kept") from None
         except TimeoutError:
-            raise _go_on("nothing came for too long; go on from what is kept", _partial(received, length)) from None
+            raise _go_on(
+                "no data arrived for too long; continue from the received bytes", _partial(received, length)
+            ) from None
         if digest.hexdigest() != request.headers.get(BODY_SHA256):
             file.truncate(offset)
-            raise _go_on("the bytes were changed on the way; send them again", _partial(offset, length))
+            raise _go_on("the bytes were changed during the transfer; send them again", _partial(offset, length))
         return received
 
     async def _finish(self, name: str) -> UploadState:
@@ -161,11 +163,11 @@ class Receiver:
         return UploadState("filed", session=filed.path)
 
     def _admitted(self, request: Request) -> str:
-        """The upload's name, once the request proved that its sender knows the token."""
+        """The upload's name, after the request has proved that its sender knows the token."""
         self._prove(request)
         name = str(request.path_params["name"])
         if not UPLOAD_NAME.fullmatch(name):
-            raise RefusalError(400, "an upload is named by its SHA-256, 64 lower-case hexadecimal digits")
+            raise RefusalError(400, "the name of an upload must be its SHA-256, 64 lower-case hexadecimal digits")
         return name
 
     def _prove(self, request: Request) -> None:
@@ -176,17 +178,17 @@ class Receiver:
             raise RefusalError(401, problem or WRONG_PROOF, {"WWW-Authenticate": SCHEME})
         request.state.nonce = shown[0]
         if not admit(request):
-            message = "the computer takes no more connections at once; wait"
+            message = "the computer has too many connections; wait and try again"
             raise RefusalError(429, message, {"Retry-After": str(BUSY_S)})
 
     def _check_length(self, request: Request, length: int) -> None:
         if length > self._uploads.max_bytes:
             most = f"{self._uploads.max_bytes / 1e6:,.0f} MB"
-            raise RefusalError(413, f"the session is larger than {most}; start receive with a greater --max-size-mb")
+            raise RefusalError(413, f"the session is larger than {most}; restart receive with a larger --max-size-mb")
         if length == 0:
             raise RefusalError(400, "Upload-Length must be greater than 0")
         if int(request.headers.get("Content-Length", "0")) > MOST_PER_REQUEST:
-            raise RefusalError(413, f"a request may bring {MOST_PER_REQUEST >> 20} MiB")
+            raise RefusalError(413, f"a request may have at most {MOST_PER_REQUEST >> 20} MiB")
 
     async def _refuse(self, request: Request, error: Exception) -> Response:
         assert isinstance(error, RefusalError)
@@ -200,7 +202,7 @@ class Receiver:
         return self._proved(request, JSONResponse(content, error.status, headers=_HEADERS | error.headers))
 
     def _answer(self, request: Request, state: UploadState) -> Response:
-        words = {"none": "nothing arrived yet", "partial": "more is to come", "filed": f"filed as {state.session}"}
+        words = {"none": "nothing received yet", "partial": "partly received", "filed": f"saved as {state.session}"}
         return self._proved(request, JSONResponse({**asdict(state), "message": words[state.state]}, headers=_HEADERS))
 
     def _proved(self, request: Request, answer: Response) -> Response:
@@ -212,7 +214,9 @@ class Receiver:
 
     async def _unknown(self, _request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
-        return JSONResponse({"message": "no such address or method; this is vislam2tag receive"}, status, _HEADERS)
+        return JSONResponse(
+            {"message": "this address or method does not exist in vislam2tag receive"}, status, _HEADERS
+        )
 
 
 def _whole(request: Request, header: str) -> int:
@@ -230,12 +234,14 @@ def _write_all(write: Callable[[bytes], int | None], block: bytes) -> None:
 
 def _storage_refusal(error: OSError) -> RefusalError:
     if error.errno in _NO_SPACE:
-        return RefusalError(507, "the computer's disk is full; make room, then go on")
-    return RefusalError(507, f"the computer cannot write the session ({_reason(error)}); look there, then go on")
+        return RefusalError(507, "the computer's disk is full; free space, then continue")
+    return RefusalError(
+        507, f"the computer cannot write the session ({_reason(error)}); solve the problem there, then continue"
+    )
 
 
 def _reason(error: OSError) -> str:
-    """What the system says, and of which file or folder, by its name alone."""
+    """The system's message, with the name of the file or folder."""
     return f"{Path(error.filename).name}: {error.strerror}" if error.filename else str(error.strerror)
 
 
@@ -254,7 +260,7 @@ def _signed(request: Request, nonce: str) -> SignedRequest:
 
 _TEXT = resources.files("vislam2tag.studio.receiving").joinpath("page.html").read_text(encoding="utf-8")
 PAGE = _TEXT
-"""HTML without anything of the survey in it; the token stays in the address's fragment, which browsers send nowhere."""
+"""HTML without data of the survey; the token stays in the address's fragment, which browsers do not send."""
 
 
 def _hash_of(tag: str) -> str:
@@ -280,7 +286,7 @@ PAGE_HEADERS = {
 
 
 PLAN_SIDE_PX = 2000
-"""Longer side of a plan's picture: more a phone's screen does not show."""
+"""Longer side of a plan's picture, enough for a phone's screen."""
 _QUALITY = 85
 
 
@@ -288,7 +294,7 @@ def survey_facts(root: Path) -> dict[str, Any]:
     """The survey's name (that of ``site.toml``, else the folder's) and its floors, lowest first, as JSON.
 
     Of a floor: its extent left, right, low, high in the BCS, metres (None: not known), whether it has a plan, and where
-    its surveyed landmarks hang, x and y in the BCS, metres. What links lead to outside the survey is left out.
+    its surveyed landmarks hang, x and y in the BCS, metres. Files that links lead to outside the survey are skipped.
     """
     try:
         name = site_name(root)
@@ -309,7 +315,7 @@ def survey_facts(root: Path) -> dict[str, Any]:
 
 
 def plan_jpeg(root: Path, number: int) -> bytes | None:
-    """Draw a floor's plan as JPEG, which fills exactly its extent; None where there is none that can be drawn."""
+    """Draw a floor's plan as JPEG over exactly its extent; None if there is none."""
     try:
         floor = read_site(root)[0].floor(number)
         if not _has_plan(floor):

@@ -1,7 +1,7 @@
-"""The token that lets a phone hand over sessions, and the proofs that phone and computer know it.
+"""The token for sending sessions from a phone, and the proofs that phone and computer know it.
 
-The token is never sent (docs/reference/phone-handover.md): shown in the code, it is the key of an HMAC-SHA256
-(RFC 2104) over all that a request or an answer means.
+The token is never sent (docs/reference/phone-handover.md). It is shown in the code, and is the key of an HMAC-SHA256
+(RFC 2104) over the content of requests and answers.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _SHOWN = re.compile(rf"{SCHEME} ([0-9a-f]{{32}}) ([0-9a-f]{{64}})", re.IGNORECAS
 
 @dataclass(frozen=True)
 class SignedRequest:
-    """What a request means: all that its MAC is over; ``offset`` and ``length`` are the headers, empty without."""
+    """The content of a request for its MAC; ``offset`` and ``length`` are headers, or empty."""
 
     method: str
     path: str
@@ -36,7 +36,7 @@ class SignedRequest:
 
 
 def authorization_mac(authorization: str) -> tuple[str, str] | None:
-    """Nonce and MAC of the header ``Authorization``; None where it has another form."""
+    """Nonce and MAC of the header ``Authorization``; None if it has another form."""
     match = _SHOWN.fullmatch(authorization)
     return (match.group(1).lower(), match.group(2).lower()) if match else None
 
@@ -53,9 +53,9 @@ def _mac(token: str, *parts: str) -> str:
 WRONG_PROOF = "the token is missing or wrong; scan the code again"
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZ234567"
 LENGTH = 16
-"""80 bits: too many to guess, few enough to type. Wrong proofs therefore need no penalty, which others would suffer."""
+"""80 bits are too many to guess, and few enough to type. So wrong proofs need no penalty."""
 MAX_REQUESTS = 1_000_000
-"""Proven requests that a token is good for: the number of each is remembered as long as the token is valid."""
+"""Maximum number of proven requests of a token; each nonce is stored as long as the token is valid."""
 
 
 def new_token() -> str:
@@ -70,20 +70,20 @@ def grouped(token: str) -> str:
 
 @dataclass
 class Guard:
-    """Checks who knows the token, and that each number (nonce) is used once."""
+    """Checks that senders know the token, and that each number (nonce) is used once."""
 
     token: str
     max_requests: int = MAX_REQUESTS
     _used: set[bytes] = field(default_factory=set)
 
     def refusal(self, request: SignedRequest, mac: str) -> str | None:
-        """Say why a request is refused; None if its MAC is right and its number is new, which is used up then."""
+        """Why a request is refused; None if its MAC is right and its nonce is new, which is then used up."""
         if not hmac.compare_digest(mac, request.mac(self.token)):
             return WRONG_PROOF
         number = bytes.fromhex(request.nonce)
         if number in self._used:
             return "this request was sent before; send it again with a new number"
         if len(self._used) >= self.max_requests:
-            return f"the token is used up after {self.max_requests:,} requests; start receive again, scan the new code"
+            return f"the token is used up after {self.max_requests:,} requests; restart receive and scan the new code"
         self._used.add(number)
         return None

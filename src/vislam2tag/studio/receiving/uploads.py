@@ -1,6 +1,6 @@
-"""Uploads on disk: what arrived of each zip stays there until it is filed, whoever is killed meanwhile.
+"""Uploads on disk: received parts of each zip stay there until the session is saved, even if a program is killed.
 
-A session is filed in ``floor_K/DEVICE/SESSION`` of the survey, whole, never over another one.
+A complete session is moved to ``floor_K/DEVICE/SESSION`` of the survey and never replaces another one.
 """
 
 from __future__ import annotations
@@ -39,28 +39,30 @@ from vislam2tag.studio.receiving.zips import (
 )
 
 WORK_FOLDER = ".receiving"
-"""Hidden folder of a survey that holds what is not filed yet; surveys ignore it."""
+"""Hidden folder of a survey for unfinished uploads; surveys ignore it."""
 _SESSION = "session"
-"""What a session's folder is called until it is filed."""
+"""Temporary name of a session's folder."""
 _TAKEN = (errno.EEXIST, errno.ENOTEMPTY)
 
 
 @dataclass(frozen=True)
 class FiledSession:
-    """Where a session lies: its path relative to the survey, and whether all of it had been there before."""
+    """A session's path relative to the survey, and whether it was already complete."""
 
     path: str
     already: bool
     sums_sha256: str
-    """SHA-256 of its list of checksums, by which :func:`is_filed` knows it again."""
+    """SHA-256 of its list of checksums, for :func:`is_filed`."""
 
 
 def file_zip(survey: Path, path: Path, max_bytes: int, place: AppPlace | None = None) -> FiledSession:
     """Check a session's zip and move the session into the survey; ``place`` is that of other apps' recordings.
 
-    The same session again changes nothing, but brings back missing files of it. Raises RefusedZipError for a zip that
-    is neither a whole session (see :func:`.unpack`) nor another app's recording, or if
-    another session has its place; OSError if the survey cannot be written, or a link leads out of it.
+    Sending the same session again only restores missing files.
+
+    Raises RefusedZipError for a zip that is neither a complete session (see :func:`.unpack`) nor another app's
+    recording, or if another session has its place. Raises OSError if the survey cannot be written, or a link leads out
+    of it.
     """
     root = Folder.at(survey)
     with scratch_folder(root.folder(WORK_FOLDER)) as work:
@@ -76,7 +78,9 @@ def _file_app(root: Folder, work: Folder, recording: AppRecording, place: AppPla
     """Move another app's recording to ``floor_K/DEVICE/NAME``."""
     floors = _floors(root.path)
     if place.floor is None and len(floors) != 1:
-        raise RefusedZipError(f"a recording of {recording.format} does not name its floor: give it by --floor")
+        raise RefusedZipError(
+            f"recordings of {recording.format} do not contain their floor; restart receive with --floor"
+        )
     number = place.floor if place.floor is not None else min(floors)
     device = place.device or recording.device
     floor = floors.get(number, root / f"floor_{number}")
@@ -84,7 +88,9 @@ def _file_app(root: Folder, work: Folder, recording: AppRecording, place: AppPla
     filed = FiledSession(target, (root / target).exists(), files_digest(recording.folder))
     if filed.already:
         if not holds_all_of(root / target, recording.folder):
-            raise RefusedZipError(f"another session is at {filed.path}; rename its folder and send this one again")
+            raise RefusedZipError(
+                f"{filed.path} already contains another session; rename its folder and send this one again"
+            )
         return filed
     for path in recording.folder.rglob("*"):
         work.sync(path.relative_to(work.path).as_posix())
@@ -107,14 +113,14 @@ def _place(survey: Path, name: str, record: PhoneRecord) -> str:
 
 
 def _spelled(folder: Path, name: str) -> Path:
-    """A folder's subfolder of a name; spelled as one that is there already if they are one folder on some systems."""
+    """A folder's subfolder of a name, in the spelling of an existing one if some systems treat them as the same."""
     there = sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []
     same = [other for other in there if same_name(other) == same_name(name)]
     return folder / (name if name in same or not same else same[0])
 
 
 def _move(work: Folder, root: Folder, target: str) -> bool:
-    """Move a session to its place; True if it was there already."""
+    """Move a session to its place; True if it was already there."""
     for name in work.folder(_SESSION).names():
         work.sync(f"{_SESSION}/{name}")
     try:
@@ -127,13 +133,13 @@ def _move(work: Folder, root: Folder, target: str) -> bool:
 
 
 def _filed(work: Folder, name: str, root: Folder, target: str) -> None:
-    """Move a folder into the survey and have that put on the disk."""
+    """Move a folder into the survey and flush that to the disk."""
     work.move(name, root, target)
     root.sync(PurePosixPath(target).parent.as_posix())
 
 
 def _completed(session: Folder, root: Folder, target: str) -> bool:
-    """Bring back missing files of a session at its place; True if none is missing.
+    """Restore missing files of a session at its place; True if none was missing.
 
     Raises RefusedZipError if something else is there.
     """
@@ -142,7 +148,7 @@ def _completed(session: Folder, root: Folder, target: str) -> bool:
     same = {name for name in names if name not in missing and _digest(session / name) == _digest(there / name)}
     known = {SUMS_FILE, RECORD_FILE} & same or (there.is_dir() and not any(there.iterdir()))
     if not known or len(same) + len(missing) < len(names):
-        raise RefusedZipError(f"another session is at {target}; rename its folder and send this one again")
+        raise RefusedZipError(f"{target} already contains another session; rename its folder and send this one again")
     for name in missing:
         session.move(name, root, f"{target}/{name}")
     root.sync(target)
@@ -150,7 +156,7 @@ def _completed(session: Folder, root: Folder, target: str) -> bool:
 
 
 def is_filed(folder: Path, sums_sha256: str) -> bool:
-    """Tell whether a session's files lie in a folder with the checksums that the phone sent.
+    """Whether a folder contains a session's files with the checksums from the phone.
 
     ``sums_sha256`` is the SHA-256 of its list of checksums; of another app's recording, of its files.
     """
@@ -179,17 +185,17 @@ _PART = re.compile(rf"({UPLOAD_NAME.pattern})\.(\d{{1,15}})\.part")
 
 
 MOST_WAITING = 100
-"""So many uploads may wait to go on ..."""
+"""Maximum number of unfinished uploads ..."""
 MOST_WAITING_SIZES = 20
-"""... and so many times the greatest zip may they announce together: what phones leave unfinished fills no disk."""
+"""... and of their total announced size in maximum zips, so that unfinished uploads do not fill the disk."""
 BUSY_S = 3
-"""So long a client waits that finds its upload being written by a connection that may be dead."""
+"""Waiting time of a client whose upload is being written by another, maybe dead, connection."""
 EXPIRY_S = 7 * 24 * 3600.0
-"""An unfinished upload that gets no bytes for this long is removed."""
+"""Unfinished uploads without new bytes are removed after this time."""
 
 
 class _FiledRecord(Record, extra="ignore"):
-    """Where an upload was filed, and the SHA-256 of its list of checksums."""
+    """Place of a saved upload, and the SHA-256 of its list of checksums."""
 
     session: str
     sums_sha256: str
@@ -197,7 +203,7 @@ class _FiledRecord(Record, extra="ignore"):
 
 @dataclass(frozen=True)
 class UploadState:
-    """How far an upload is: ``state`` is none, partial or filed; ``session`` where it was filed."""
+    """State of an upload: ``state`` is none, partial or filed; ``session`` is its place."""
 
     state: str
     received: int = 0
@@ -206,7 +212,7 @@ class UploadState:
 
 
 class RefusalError(Exception):
-    """An answer other than 200: its message, with the upload's state where that helps."""
+    """An answer other than 200: its message, and the upload's state if that helps."""
 
     def __init__(
         self, status: int, message: str, headers: dict[str, str] | None = None, state: UploadState | None = None
@@ -216,7 +222,7 @@ class RefusalError(Exception):
 
 
 class Uploads:
-    """The uploads of one survey. Only one program at a time may hold them: use it as a context manager."""
+    """The uploads of one survey, as a context manager, because only one program at a time may use them."""
 
     def __init__(
         self,
@@ -226,9 +232,9 @@ class Uploads:
         place: AppPlace | None = None,
         clock: Callable[[], float] = time.time,
     ) -> None:
-        """Take zips of ``max_bytes`` at most, which unpack to ``max_unpacked_bytes`` at most.
+        """Accept zips up to ``max_bytes``, which unpack to at most ``max_unpacked_bytes``.
 
-        ``place`` is where recordings of other apps go; ``clock`` gives the time in seconds since 1970.
+        ``place`` is the place of recordings from other apps; ``clock`` gives the time in seconds since 1970.
         """
         self.survey, self._max_unpacked, self._place = survey, max_unpacked_bytes, place
         self._clock = clock
@@ -238,12 +244,12 @@ class Uploads:
         self._held = ExitStack()
 
     def __enter__(self) -> Uploads:
-        """Take hold; raises OutputError where another program has, or the survey cannot be written."""
+        """Lock the uploads; raises OutputError if another program has locked them, or the survey cannot be written."""
         try:
             self._folder.make()
         except OSError as error:
             raise OutputError(f"{self.survey}: cannot be written: {error.strerror}") from error
-        refusal = f"{self.survey}: another 'vislam2tag receive' is running there; end it first"
+        refusal = f"{self.survey}: another 'vislam2tag receive' is running for this survey; stop it first"
         self._held.enter_context(only_one(self._folder, "lock", refusal))
         self._remove_expired()
         return self
@@ -252,13 +258,13 @@ class Uploads:
         self._held.close()
 
     def waiting(self) -> list[UploadState]:
-        """States of all uploads that have begun and are not filed."""
+        """States of all unfinished uploads."""
         return [self.state(name) for _, name, _ in self._parts()]
 
     def state(self, name: str) -> UploadState:
-        """How far an upload is; ``name`` is the SHA-256 of its zip.
+        """State of an upload; ``name`` is the SHA-256 of its zip.
 
-        FiledSession is one whose files lie there with the checksums that were sent: they are read for that.
+        The files of a saved session are read to compare their checksums.
         """
         session = self._filed(name)
         if session is not None:
@@ -270,7 +276,7 @@ class Uploads:
 
     @contextmanager
     def writing(self, name: str, length: int, offset: int) -> Iterator[io.FileIO]:
-        """Open an upload of ``length`` bytes to go on at ``offset``; what is written stays, also after an exception.
+        """Open an upload of ``length`` bytes to continue at ``offset``; written bytes stay, even after an exception.
 
         Raises RefusalError: 423 while another request writes it, 400 if it began with another length, 409 if another
         offset comes next, 507 if it would be one upload too many.
@@ -279,10 +285,10 @@ class Uploads:
         self._remove_expired()
         part = self._part(name)
         if part is not None and part[1] != length:
-            raise RefusalError(400, "Upload-Length is another than when the upload began")
+            raise RefusalError(400, "Upload-Length differs from the start of the upload")
         received = part[0].stat().st_size if part else 0
         if offset != received:
-            raise RefusalError(409, f"{received} bytes are here; go on from there", state=self.state(name))
+            raise RefusalError(409, f"{received} bytes have been received; continue from there", state=self.state(name))
         if part is None:
             self._refuse_too_many(length)
         part_name = f"{name}.{length}.part"
@@ -298,19 +304,19 @@ class Uploads:
 
     def _refuse_busy(self, name: str) -> None:
         if name in self._busy:
-            message = "this upload is being written by another connection; ask again"
+            message = "another connection is writing this upload; try again"
             raise RefusalError(423, message, {"Retry-After": str(BUSY_S)})
 
     def _refuse_too_many(self, length: int) -> None:
         begun = self._parts()
         size = sum(announced for _, _, announced in begun)
         if len(begun) >= MOST_WAITING or size + length > MOST_WAITING_SIZES * self.max_bytes:
-            message = "too many unfinished uploads wait on the computer: finish them, or remove .receiving there"
+            message = "the computer has too many unfinished uploads; finish them, or remove .receiving there"
             raise RefusalError(507, message)
 
     @contextmanager
     def finishing(self, name: str) -> Iterator[None]:
-        """Keep others away while an upload is checked and filed; raises RefusalError while another request is at it."""
+        """Lock an upload while it is checked and saved; raises RefusalError while another request uses it."""
         self._refuse_busy(name)
         self._busy.add(name)
         try:
@@ -319,18 +325,18 @@ class Uploads:
             self._busy.discard(name)
 
     def finish(self, name: str) -> FiledSession:
-        """Check a whole upload and file it. Raises RefusedZipError, and forgets the upload; OSError, and keeps it."""
+        """Check a complete upload and save it. Raises RefusedZipError and removes it, or OSError and keeps it."""
         part = self._part(name)
         if part is None:
-            raise RefusedZipError("the upload is gone; send it again")
+            raise RefusedZipError("the upload no longer exists; send it again")
         path = part[0]
         try:
             with plain(path).open("rb") as file:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
             if digest != name:
-                raise RefusedZipError("the zip arrived damaged: its SHA-256 is another; send it again")
+                raise RefusedZipError("the zip was damaged during the transfer (wrong SHA-256); send it again")
             with scratch_folder(self._folder) as scratch:
-                called = f"{name[:_SHORT]}.zip"  # who reads it looks at the name's end
+                called = f"{name[:_SHORT]}.zip"  # readers check the end of the name
                 scratch.link(path, called)
                 filed = file_zip(self.survey, scratch / called, self._max_unpacked, self._place)
         except RefusedZipError:
@@ -354,7 +360,7 @@ class Uploads:
                 self._folder.remove(path.name)
 
     def _filed(self, name: str) -> str | None:
-        """Where an upload was filed, if all of it still lies there."""
+        """Place of a saved upload, if it is still complete."""
         try:
             filed = _FiledRecord.model_validate_json(read_bytes(self._folder / f"{name}.filed"))
         except (OSError, ValidationError):

@@ -1,4 +1,4 @@
-"""Zips with recordings: of our app, or of another app; unpacked within bounds and checked, trusting nothing in them.
+"""Zips with recordings of our app or another app, which are unpacked within limits and fully checked.
 
 docs/reference/phone-handover.md describes the zip of our app.
 """
@@ -14,6 +14,7 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError, first_line
 from vislam2tag.common.files.archives import BoundedFile, folder_of, names_in
 from vislam2tag.common.files.folder import Folder
@@ -33,13 +34,13 @@ _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _MOST_SUMS, _MOST_RECORD = 10_000, 1_000_000
 """Bytes that SHA256SUMS and session.json are expected to stay below."""
 _MOST_DIRECTORY = 100_000
-"""Bytes of the directory of entries, and of the search for it: some thousand names, a session has ten."""
+"""Maximum bytes of the directory of entries, and of the search for it: some thousand names; a session has ten."""
 _OF_FLOOR = re.compile(r"(?i:tachymeter|.*\.(csv|jpe?g|png))")
-"""A floor's own files and folders: as a device's folder they would stand in their place."""
+"""A floor's own files and folders, which cannot be names of devices."""
 
 
 class RefusedZipError(SessionError):
-    """A zip that is no whole session, or holds what a session does not."""
+    """A zip that is not a complete session, or contains other files."""
 
 
 def unpack(path: Path, folder: Folder, max_bytes: int) -> tuple[str, PhoneRecord]:
@@ -47,11 +48,11 @@ def unpack(path: Path, folder: Folder, max_bytes: int) -> tuple[str, PhoneRecord
 
     Returns the session's name and its record.
 
-    Raises RefusedZipError, one sentence for the collector, for a file that is no zip, damaged or encrypted, for names
-    that no session has (paths included), links, doubles, too many bytes, missing or wrong checksums, and for a record
-    that is missing, wrong or not ended. What was unpacked by then is the caller's to remove.
+    Raises RefusedZipError, with a sentence for the user, for a file that is not a zip, damaged or encrypted. The same
+    holds for names that sessions do not have (including paths), links, duplicates, too many bytes, missing or wrong
+    checksums, and a record that is missing, wrong or not ended. The caller removes unpacked files.
     """
-    too_many = RefusedZipError("the zip is not whole, or holds more files than a session has")
+    too_many = RefusedZipError("the zip is incomplete, or has more files than a session")
     try:
         with (
             plain(path).open("rb") as opened,
@@ -89,23 +90,28 @@ def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str
             continue
         if not slash or file not in KNOWN_FILES or file in files:
             raise RefusedZipError(
-                f"the zip holds {info.orig_filename!a:.80}, which no session has, or has twice: give the zip as the "
-                "phone wrote it, not packed again"
+                f"the zip contains {info.orig_filename!a:.80}, which is not a file of a session, or is there twice; "
+                "send the original zip from the phone"
             )
         if not 0 <= info.header_offset < length:
-            raise RefusedZipError("the zip is not whole; send it again")
+            raise RefusedZipError("the zip is incomplete; send it again")
         if info.flag_bits & _ENCRYPTED or info.compress_type not in _METHODS or _is_special(info):
-            raise RefusedZipError(f"{file} is encrypted, a link, or packed in a way that sessions are not")
+            raise RefusedZipError(
+                f"{file} is encrypted, a link, or packed by another method; send the original zip from the phone"
+            )
         files[file] = info
     if len(folders) != 1 or not SESSION_NAME.fullmatch(min(folders)):
-        raise RefusedZipError("the zip must hold one folder, named by the session's start (2021-12-20T132523)")
+        raise RefusedZipError(
+            "the zip must contain one folder, named after the start of the session (2021-12-20T132523)"
+        )
     if sum(info.file_size for info in files.values()) > max_bytes:
         raise RefusedZipError(
-            f"the zip unpacks to more than {max_bytes / 1e6:,.0f} MB; raise --max-size-mb if that is right"
+            f"the zip unpacks to more than {max_bytes / 1e6:,.0f} MB; "
+            "if that is correct, restart receive with a larger --max-size-mb"
         )
     missing = {SUMS_FILE, RECORD_FILE} - files.keys()
     if missing:
-        raise RefusedZipError(f"the zip holds no {' and no '.join(sorted(missing))}")
+        raise RefusedZipError(f"the zip does not contain {' and '.join(sorted(missing))}")
     return min(folders), files
 
 
@@ -115,13 +121,13 @@ def _is_special(info: zipfile.ZipInfo) -> bool:
 
 
 def _extract(archive: zipfile.ZipFile, info: zipfile.ZipInfo, folder: Folder, name: str, left: int) -> tuple[str, int]:
-    """Unpack one file; returns its SHA-256 and size. Counts what really comes, whatever the zip says of it."""
+    """Unpack one file; returns its SHA-256 and size. Counts the real bytes, because sizes in the zip may be wrong."""
     digest, size = hashlib.sha256(), 0
     with archive.open(info) as source, folder.writing(name) as file:
         while block := source.read(_BLOCK):
             size += len(block)
             if size > left:
-                raise RefusedZipError("the zip unpacks to more than it says, or more than --max-size-mb allows")
+                raise RefusedZipError("the zip unpacks to more bytes than it declares, or than --max-size-mb allows")
             digest.update(block)
             file.write(block)
     return digest.hexdigest(), size
@@ -135,17 +141,17 @@ def _check_sums(folder: Path, sums: dict[str, str]) -> None:
     wrong = [name for name in sorted(said) if said[name] != sums[name]]
     if wrong:
         raise RefusedZipError(
-            f"the checksum of {', '.join(wrong)} is wrong: the file is damaged; send the session again"
+            f"the checksum of {', '.join(wrong)} is wrong, so the file is damaged; send the session again"
         )
 
 
 def is_device_name(name: str) -> bool:
-    """Whether a device's folder may have a name: on every system, and beside the floor's own files."""
+    """Whether a name is valid for a device's folder: on every system, and different from the floor's own files."""
     return is_portable(name) and not _OF_FLOOR.fullmatch(name)
 
 
 def parse_checksums(data: bytes) -> dict[str, str]:
-    """SHA-256 by file of a ``SHA256SUMS``; raises RefusedZipError where it has another form or names a file twice."""
+    """SHA-256 by file of a ``SHA256SUMS``; raises RefusedZipError if it has another form or names a file twice."""
     lines = [_SUMS_LINE.fullmatch(line) for line in data.decode("utf-8", errors="replace").splitlines()]
     said = {match.group(2): match.group(1) for match in lines if match}
     if None in lines or len(said) < len(lines):
@@ -162,14 +168,14 @@ def _record(folder: Path, name: str) -> PhoneRecord:
         raise RefusedZipError(str(error)) from error
     if not is_device_name(record.device):
         raise RefusedZipError(
-            f"the device is called {record.device}, which is a file of the floor or a name that Windows does not "
-            "take: give it another name"
+            f"the name of the device, {record.device}, is a file of the floor or not valid on Windows; choose another "
+            "name"
         )
     if record.session != name:
-        raise RefusedZipError(f"{RECORD_FILE} is of session {record.session}, the zip of {name}")
+        raise RefusedZipError(f"{RECORD_FILE} belongs to session {record.session}, but the zip to {name}")
     if record.end is None:
         raise RefusedZipError(
-            "the session is still being recorded, or was killed and not yet closed by the app: open it"
+            "the session is still being recorded, or the app was killed; open the app to close the session"
         )
     return record
 
@@ -188,27 +194,28 @@ _ANY_TRACKER = ("mcap", "tum")
 
 @dataclass(frozen=True)
 class AppPlace:
-    """Where recordings of other apps are filed, which know neither floor nor device of a survey."""
+    """Place of recordings from other apps, which contain neither floor nor device of a survey."""
 
     floor: int | None = None
-    """None: the only floor that the survey has."""
+    """None: the only floor of the survey."""
     device: str | None = None
     """None: ``iPhone`` for apps of iOS, else the format's name."""
 
 
 def app_place(floor: int | None, device: str | None) -> AppPlace:
-    """Make a place; raises UsageError where the device's name is none of a folder."""
+    """Create a place; raises UsageError if the device's name is not valid for a folder."""
     if device is not None and (_UNSAFE.search(device) or not is_device_name(device)):
         raise UsageError(
-            f"--device {device!a}: is no name of a folder for a device: use letters, digits, blanks, ., - and _, "
-            "no blank or dot at the end, no name of a floor's files, and none that Windows reserves (CON, NUL)"
+            f"--device {device!a}: not a valid name for a device's folder. Use letters, digits, spaces, '.', '-' and "
+            "'_', without a space or dot at the end; names of a floor's files and reserved names of Windows (CON, NUL) "
+            "are not allowed"
         )
     return AppPlace(floor, device)
 
 
 @dataclass(frozen=True)
 class AppRecording:
-    """An app's recording, unpacked: its format, its folder, and what to call the session."""
+    """An app's unpacked recording: its format, its folder, and the name of the session."""
 
     format: str
     folder: Path
@@ -216,21 +223,21 @@ class AppRecording:
 
     @property
     def device(self) -> str:
-        """Device that its folder goes under where nobody says."""
+        """Default device for its folder."""
         of_ios = isinstance(FORMATS.named(self.format), AppFormat) and self.format not in _ANY_TRACKER
         return "iPhone" if of_ios else self.format
 
 
 def is_of_our_app(path: Path) -> bool:
-    """Whether a zip holds what our app's do; one that cannot be listed is taken for one, to be refused as such."""
+    """Whether a zip is from our app; an unreadable zip counts as one and is refused as such."""
     names = list(names_in(path)) if path.suffix.lower() == ".zip" else []
     return not names or any(name.name.rpartition("\\")[2] == RECORD_FILE for name in names)
 
 
 def unpack_app(path: Path, folder: Folder, max_bytes: int) -> AppRecording:
-    """Unpack a zip into ``folder``, at most ``max_bytes`` in all, and tell which app it is of.
+    """Unpack a zip into ``folder``, at most ``max_bytes`` in total, and detect its app.
 
-    Raises RefusedZipError, one sentence, where it cannot be unpacked, or no app that is known wrote it.
+    Raises RefusedZipError, one sentence, if it cannot be unpacked, or its app is unknown.
     """
     _refuse_unportable(path)
     try:
@@ -242,8 +249,8 @@ def unpack_app(path: Path, folder: Folder, max_bytes: int) -> AppRecording:
     found = format_of(inner)
     if found is None or found == UNKNOWN_FORMAT:
         raise RefusedZipError(
-            "the zip is no session of the vislam2tag app, nor a recording of another app that is known "
-            "(docs/how-to/iphone.md names them)"
+            "the zip is neither a session of the vislam2tag app nor a recording of another known app "
+            f"({page_of('how-to/iphone')} lists them)"
         )
     name = portable_name(_UNSAFE.sub("-", path.stem if inner == unpacked else inner.name))
     return AppRecording(found, inner, name or found)
@@ -257,14 +264,14 @@ def _refuse_unportable(path: Path) -> None:
             continue
         if not all(is_portable(part) for part in name.parts) or same_name(str(name)) in seen:
             raise RefusedZipError(
-                f"the zip has {str(name)!a:.80}, which some systems do not take or which is there twice in other "
-                "letters: pack the recording again with another name"
+                f"the zip contains {str(name)!a:.80}, which is not a valid name on some systems or differs from "
+                "another name only in case; pack the recording again with another name"
             )
         seen.add(same_name(str(name)))
 
 
 def files_digest(folder: Path) -> str:
-    """SHA-256 over names and contents of a recording's files, by which it is known again."""
+    """SHA-256 over names and contents of a recording's files, to recognise it."""
     whole = hashlib.sha256(b"a recording without a list of checksums\n")  # no digest of such a list
     for file in _files(folder):
         whole.update(f"{hashlib.sha256(read_bytes(file)).hexdigest()}  {file.relative_to(folder)}\n".encode())
@@ -272,7 +279,7 @@ def files_digest(folder: Path) -> str:
 
 
 def holds_all_of(target: Path, folder: Path) -> bool:
-    """Whether every file of a recording lies in the target, too, with the same content; more may lie there."""
+    """Whether the target contains every file of a recording with the same content, and maybe more."""
     try:
         return all(read_bytes(target / file.relative_to(folder)) == read_bytes(file) for file in _files(folder))
     except OSError:

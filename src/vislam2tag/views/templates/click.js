@@ -5,7 +5,7 @@ const planPixel = [(right - left) / data.columns, (high - low) / data.rows];
 const by = (id) => document.getElementById(id);
 const svg = by("plan"), field = by("id");
 const clicks = new Map();  // id -> {x, y, pixel}: metres in the building, metres of a screen pixel at the time
-let view = {scale: 1, x: 0, y: 0};  // screen pixels of a metre, and where (left, high) lies on the screen
+let view = {scale: 1, x: 0, y: 0};  // screen pixels of a metre, and its position (left, high) on the screen
 let chosen = null, held = null, saved = true;
 const MOVED = 4;  // pixels: less is a click, not a drag
 
@@ -67,7 +67,7 @@ function draw() {
     return row;
   }));
   const missing = data.ids.filter((id) => !clicks.has(id)).length;
-  by("state").textContent = `${clicks.size} placed` + (data.ids.length ? `, ${missing} of the site's to go` : "")
+  by("state").textContent = `${clicks.size} placed` + (data.ids.length ? `, ${missing} of the site's landmarks left` : "")
     + `; one pixel of the screen is ${(100 / view.scale).toFixed(1)} cm`;
 }
 
@@ -86,8 +86,8 @@ function nextId(id) {
 
 function place(sx, sy) {
   const id = field.value.trim(), [x, y] = toPlan(sx, sy);
-  if (!id || /[",;]/.test(id)) { by("state").textContent = "First say which landmark: its id (no comma)"; field.focus(); return; }
-  if (!inside(x, y)) { by("state").textContent = "That is outside the plan"; return; }
+  if (!id || /[",;]/.test(id)) { by("state").textContent = "Enter the landmark's id first (no commas)"; field.focus(); return; }
+  if (!inside(x, y)) { by("state").textContent = "This position is outside the plan"; return; }
   put(id, x, y);
   field.value = nextId(id);
   draw();

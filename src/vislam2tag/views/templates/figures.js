@@ -1,5 +1,5 @@
 "use strict";
-// Draws the page's figures: each div.plot from the JSON beside it. Plotly lies packed at the end of the page and is
+// Draws the page's figures: each div.plot from the JSON beside it. Plotly is packed at the end of the page and is
 // unpacked once the page's text is shown.
 const figures = (() => {
   const CONFIG = {
@@ -74,7 +74,7 @@ const figures = (() => {
   ready.then(() => document.querySelectorAll("div.plot:not([data-own])").forEach((div) =>
     (div.classList.contains("map") ? map : chart)(div, read(div))));
   ready.catch(() => document.querySelectorAll("div.plot").forEach((div) => {
-    div.textContent = "This browser is too old to draw the figure; everything else on the page holds.";
+    div.textContent = "This browser is too old to draw the figure. The rest of the page is complete.";
   }));
   const resize = (width) => drawn.forEach((figure) => fit(figure, width));
   let pending = 0;

@@ -43,8 +43,8 @@ function draw() {
   }
   by("command").textContent = whole ? [data.command, ...options].join(" ") : "";
   by("toml").textContent = whole ? entries.join("\n") : "";
-  by("state").textContent = clicked.distance.length < 2 ? `${2 - clicked.distance.length} of the distance's points to click`
-    : metres() === null ? "now type the distance" : "";
+  by("state").textContent = clicked.distance.length < 2 ? `Points left to click: ${2 - clicked.distance.length}`
+    : metres() === null ? "Now type the distance" : "";
 }
 
 svg.addEventListener("click", (event) => {

@@ -80,7 +80,7 @@
     const full = layers.map((index) => figure.data[index]).map((trace) => ({...trace.line, ...trace.marker}));
     widen([figure.layout.xaxis, figure.layout.yaxis], parts);
     figures.map(div, figure);
-    // Many walks in one corridor are told apart by thinner lines and smaller dots.
+    // Thinner lines and smaller dots keep many walks in one corridor distinguishable.
     const scaled = (wanted) => {
       const scale = wanted.length > 10 ? 0.5 : 1;
       return {

@@ -15,9 +15,9 @@ function named(reference) {
 }
 
 function limits(schema) {
-  const told = { minLength: "at least %s characters", maxLength: "at most %s characters", minItems: "at least %s",
-    maxItems: "at most %s", maxProperties: "at most %s", exclusiveMinimum: "over %s", exclusiveMaximum: "under %s" };
-  return Object.keys(told).filter((key) => key in schema).map((key) => told[key].replace("%s", schema[key]));
+  const texts = { minLength: "at least %s characters", maxLength: "at most %s characters", minItems: "at least %s",
+    maxItems: "at most %s", maxProperties: "at most %s", exclusiveMinimum: "greater than %s", exclusiveMaximum: "less than %s" };
+  return Object.keys(texts).filter((key) => key in schema).map((key) => texts[key].replace("%s", schema[key]));
 }
 
 // The type of a field as nodes: messages within it are links to their own tables.
@@ -63,4 +63,4 @@ async function show() {
     ...Object.entries(described.components.schemas).flatMap(message));
 }
 
-show().catch((error) => { document.getElementById("described").textContent = `no description: ${error}`; });
+show().catch((error) => { document.getElementById("described").textContent = `The description could not be loaded: ${error}`; });

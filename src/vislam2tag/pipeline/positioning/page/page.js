@@ -41,26 +41,26 @@ function draw(positions) {
   }
 }
 
-function tell(positions) {
+function report(positions) {
   const last = positions[positions.length - 1];
   if (!last) return;
   if (last.status === "unknown") {
-    part("said").textContent = `${last.scan_id}: unknown: it hears none of the model's access points`;
+    part("said").textContent = `${last.scan_id}: unknown, because the scan contains none of the model's access points`;
     return;
   }
   const index = model.floors.findIndex((one) => one.floor === last.floor && one.building === (last.building ?? ""));
   if (JSON.stringify(last) !== shown) part("floor").selectedIndex = index;
   shown = JSON.stringify(last);
   part("said").textContent = `${last.scan_id}: ${last.building ?? ""} floor ${last.floor}, x ${last.x.toFixed(1)} m, `
-    + `y ${last.y.toFixed(1)} m; with 68 % within ${last.radius_68_m.toFixed(1)} m, with 95 % within `
-    + `${last.radius_95_m.toFixed(1)} m`
-    + (last.status === "unlike" ? "; nothing like this scan was learned: do not rely on it" : "");
+    + `y ${last.y.toFixed(1)} m; radius ${last.radius_68_m.toFixed(1)} m (68 %), `
+    + `${last.radius_95_m.toFixed(1)} m (95 %)`
+    + (last.status === "unlike" ? ". The scan is unlike all training data: do not rely on this position" : "");
 }
 
 async function refresh() {
   const answer = await fetch("latest");
   const positions = (await answer.json()).positions;
-  tell(positions);
+  report(positions);
   draw(positions);
 }
 
