@@ -70,7 +70,7 @@ def test_wrong_usage_is_one_line(arguments: tuple[str, ...], message: str, datas
 def test_public_sets_need_their_files(tmp_path: Path) -> None:
     command = ("benchmark", "--dataset", "ujiindoorloc", "--model", "weighted-knn", "--out", tmp_path / "out")
     assert "pass either DS" in the_error(vislam2tag(*command))
-    assert "no such file or folder; --data is where" in the_error(vislam2tag(*command, "--data", tmp_path / "gone"))
+    assert "no such file or folder; --data must be" in the_error(vislam2tag(*command, "--data", tmp_path / "gone"))
 
 
 def test_values_are_read_as_json_or_text() -> None:

@@ -47,7 +47,7 @@ def test_all_right_is_0_with_a_summary_on_standard_output_alone(survey: Path, tm
     assert done.stdout.startswith("2 sessions (0 failed), ")
     assert f"report: {tmp_path / 'out' / 'report.html'}\n" in done.stdout
     other = ("process", survey, "--out", tmp_path / "out", "--jobs", "1", "--strategy", "local")
-    assert "give --replace to replace them by labels of local" in the_error(vislam2tag(*other))
+    assert "use --replace to replace them by labels of local" in the_error(vislam2tag(*other))
     assert vislam2tag(*other, "--replace").returncode == 0
 
 
@@ -183,7 +183,7 @@ def test_a_place_that_cannot_be_written_is_2(survey: Path, tmp_path: Path) -> No
 def test_two_runs_at_once_into_one_folder_are_2(survey: Path, tmp_path: Path) -> None:
     with claim(tmp_path / "out", {}):
         error = the_error(vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1"))
-    assert "another run is writing there; wait for it or choose another --out" in error
+    assert "another run is writing to this folder; wait for it or choose another --out" in error
     assert vislam2tag("process", survey, "--out", tmp_path / "out", "--jobs", "1").returncode == 0
 
 
@@ -223,7 +223,7 @@ def test_what_is_uncertain_is_counted_and_keeps_its_position(survey: Path, tmp_p
     assert len(uncertain) > 0.9 * len(frames)
     assert uncertain["x"].null_count() == uncertain["sigma"].null_count() == 0
     assert f"frames labelled: 0.0 % ({len(uncertain)} uncertain)" in done.stdout
-    assert "more with an uncertain one" in (tmp_path / "out/report.html").read_text()
+    assert "an uncertain one" in (tmp_path / "out/report.html").read_text()
 
 
 def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Path) -> None:

@@ -185,7 +185,7 @@ def test_wrong_usage_is_one_clear_error_and_nothing_written(site: Path, tmp_path
     before = bytes_of(tmp_path)
     for further, message in (
         (one, "there are no measurements; use --station, --tape or --clicks"),
-        ((*one, *station), "--station needs known points: --control FILE, or --known ID"),
+        ((*one, *station), "--station needs known points; use --control FILE, or --known ID"),
         ((*one, *station, "--known", "99"), "--known 99: floor 1 has no measured position of this landmark"),
         ((*one, *station, "--control", tmp_path / "one.csv"), "station S1 shares only point A with the building"),
         ((*one, *station, "--control", tmp_path / "gone.csv"), "gone.csv: cannot be opened"),

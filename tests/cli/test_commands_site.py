@@ -137,7 +137,7 @@ def test_an_svg_that_tells_its_size_on_paper_takes_a_scale(tmp_path: Path, unit:
     metres = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72, "pc": 0.0254 / 6}[unit]
     plan = drawn_floor.svg(tmp_path, f'width="{0.2 / metres:.9g}{unit}" height="{0.1 / metres:.9g}{unit}"')
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", plan)
-    assert "(200 mm x 100 mm on paper: --scale 1:100" in the_error(done)
+    assert "(200 mm x 100 mm on paper; with --scale" in the_error(done)
     init(tmp_path / "site", plan, "--scale", "1:100", "--lower-left", "5,-2")
     floor = read_site(tmp_path / "site")[0].floor(1)
     assert floor.extent_m == pytest.approx((5, 25, -2, 8))

@@ -275,13 +275,13 @@ def test_sources_that_cannot_be_used(survey: Path, labels: Path, built: Dataset,
     with pytest.raises(DatasetError, match="cannot be read"):
         build_dataset(damaged, tmp_path / "set", jobs=2)
     build_dataset(labels, tmp_path / "good")
-    with pytest.raises(DatasetError, match="is a data set already"):
+    with pytest.raises(DatasetError, match="this is already a data set"):
         build_dataset(tmp_path / "good", tmp_path / "set")
     with pytest.raises(OutputError, match="contains the output of `vislam2tag process`"):
         build_dataset(tmp_path / "no survey", unfinished)
     for options, message in (
-        (BuildOptions(labels=tmp_path / "kept"), "--labels: all sources are labelled"),
-        (BuildOptions(surveys=(survey, survey)), "--survey: given for 2 of 1"),
+        (BuildOptions(labels=tmp_path / "kept"), "--labels: all sources are already labelled"),
+        (BuildOptions(surveys=(survey, survey)), "--survey: 2 surveys for 1 output"),
         (BuildOptions(surveys=(other,)), "--survey .*floor 0 differs from the floor"),
     ):
         with pytest.raises(UsageError, match=message):

@@ -70,7 +70,7 @@ def test_statistics_that_cannot_be_read_are_told_before_anything_is_written(tmp_
     folder = finished(tmp_path / "set")
     (folder / STATISTICS_FILE).write_text('"nan"')
     before = bytes_of(folder)
-    with pytest.raises(DatasetError, match=r"statistics\.json: cannot be read"):
+    with pytest.raises(DatasetError, match=r"statistics\.json: the file cannot be read"):
         add_split(folder, made())
     assert bytes_of(folder) == before
 
@@ -121,7 +121,7 @@ def test_a_split_takes_the_place_of_no_file_of_the_user_s(tmp_path: Path) -> Non
     folder = finished(tmp_path / "set")
     (folder / "splits" / "blocks.json").write_text("mine")
     before = bytes_of(folder)
-    with pytest.raises(OutputError, match=r"blocks\.json: was not written by this program; move it away"):
+    with pytest.raises(OutputError, match=r"blocks\.json: this file is not from this program; move it away"):
         add_split(folder, made())
     assert bytes_of(folder) == before
 

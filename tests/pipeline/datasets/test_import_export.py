@@ -83,7 +83,7 @@ def test_name_description_and_privacy(quartet: Path, tmp_path: Path) -> None:
     [
         (ImportOptions(format_name="ods"), UsageError, "no format 'ods' can be read; formats are: "),
         (ImportOptions(format_name="uts"), DatasetError, "contains no UTS_training"),
-        (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are metres already"),
+        (ImportOptions(origin=(1.0, 2.0)), UsageError, "--origin: positions of tampere are already in metres"),
     ],
 )
 def test_what_cannot_work_leaves_nothing(

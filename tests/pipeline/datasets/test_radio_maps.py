@@ -159,7 +159,7 @@ def test_the_page_shows_every_map_and_the_plan_once(written: Path, index: writte
     page = (written / written_maps.PAGE_FILE).read_text("utf-8")
     maps = sum(len(floor.access_points) for floor in index.floors)
     assert page.count("data:image/png;base64,") == 3 * maps + 2 * len(index.floors)
-    assert "Wi-Fi: a scan hears" in page
+    assert "Wi-Fi: a scan receives" in page
     assert page.count("data:image/jpeg;base64,") == 1
     assert page.count('class="paper plan plan-1"') == len(index.floors[0].access_points) + 2
     for floor in index.floors:

@@ -76,7 +76,7 @@ def test_floors_that_agree_are_one(tmp_path: Path) -> None:
 def test_floors_that_clash_name_both_sources(
     tmp_path: Path, first: dict[str, object], second: dict[str, object], words: str
 ) -> None:
-    with pytest.raises(DatasetError, match=f"floor 1 is {words}: these are two buildings.*--building"):
+    with pytest.raises(DatasetError, match=f"floor 1 is {words}: if these are two buildings.*--building"):
         merged_floors(sources(tmp_path / "one", first, second))
     floors, _ = merged_floors(sources(tmp_path / "two", first, second, buildings=("a", "b")))
     assert [floor.building for floor in floors] == ["a", "b"]

@@ -142,8 +142,8 @@ def test_table_4_is_made_of_the_paper_splits(folder: OutputFolder, tmp_path: Pat
 
 
 def test_without_being_asked_it_trains_nothing(folder: OutputFolder, tmp_path: Path) -> None:
-    assert "Made with --models" in paper_positioning(folder, None, None, silent).missing
-    assert "No walk that collects" in paper_positioning(folder, tmp_path / "none", 2, silent).missing
+    assert "Use --models" in paper_positioning(folder, None, None, silent).missing
+    assert "no walk for collecting fingerprints" in paper_positioning(folder, tmp_path / "none", 2, silent).missing
 
 
 def test_the_walks_that_collect_become_a_data_set(folder: OutputFolder, tmp_path: Path) -> None:

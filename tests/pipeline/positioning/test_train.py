@@ -112,7 +112,7 @@ def test_a_model_is_updated_by_a_later_survey(folder: Path, tmp_path: Path) -> N
     with pytest.raises(UsageError, match="--update keeps the model's kind"):
         train(folder, replace(plan, model="weighted-knn"), after)
     trained(folder, before, model="cell-density", parameters={"copies": 0})
-    with pytest.raises(UsageError, match="cell-density keeps no fingerprints; join the data sets"):
+    with pytest.raises(UsageError, match="cell-density does not keep its fingerprints; join the data sets"):
         train(folder, plan, after)
 
 

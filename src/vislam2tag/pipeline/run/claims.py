@@ -96,7 +96,8 @@ def _refuse_foreign(root: Path, program: str, replace: bool | None) -> bool:
         return False
     maker = written_by(root)
     if maker is None:
-        # A record without a run and without its files: a command was killed before it wrote, or after it removed, all.
+        # A record without a run and without its files is from a command that was killed before writing or after removing
+        # everything else.
         if OWN_FILES in there and not there & {RUN_FILE, MANIFEST} and _owned(root) <= {LOCK, OWN_FILES}:
             return False
         raise OutputError(
@@ -194,7 +195,8 @@ def _emptied(output: OutputFolder, store: Store, replace: bool) -> Stored | None
         return begun
     own, _ = output.own_version()
     owned = set() if own is None else {name for name in files if own.owns(name)}
-    if RUN_FILE not in files and own is not None and owned <= {OWN_FILES}:  # killed before or after all others
+    # It was killed before writing or after removing everything else.
+    if RUN_FILE not in files and own is not None and owned <= {OWN_FILES}:
         return None
     if own is None or not replace or any(name.startswith("floor_") for name in files):
         raise OutputError(
