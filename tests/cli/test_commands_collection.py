@@ -272,6 +272,14 @@ def test_tables_and_findings_of_a_survey(tmp_path: Path) -> None:
     assert "next: vislam2tag run " in result.output
 
 
+def test_landmarks_outside_the_plan_are_diagnosed_next(tmp_path: Path) -> None:
+    write_survey(tmp_path, {"floor_1/marker_dict.csv": "id,x,y\n10,1.5,2.5\n7,300,4\n"})
+    result = CliRunner().invoke(app, ["inspect", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert "landmarks_off_plan" in result.output
+    assert f"next: vislam2tag diagnose {tmp_path}\n" in result.output
+
+
 def test_warnings_make_nothing_wrong_and_errors_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = write_survey(tmp_path)
     path = root / "floor_1/One Plus/walk/sensors.csv"

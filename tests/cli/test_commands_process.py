@@ -124,7 +124,7 @@ def no_survey(folder: Path) -> dict[str, tuple[Path, str]]:
     return {
         "missing": (folder / "gone", "gone: no such folder; expected a survey folder"),
         "file": (folder / "file", "file: this is not a folder; expected a survey folder"),
-        "empty": (folder / "empty", "empty: this is not a survey: it contains no folder named floor_1"),
+        "empty": (folder / "empty", "empty: this is not a survey: it contains no folder named floor_0"),
         "floors only": (
             folder / "floors",
             "floors: this is not a survey: it contains no session (a folder floor_K/DEVICE/SESSION",

@@ -26,6 +26,7 @@ def test_a_check_has_tables_and_files(survey: Path, tmp_path: Path) -> None:
     for text in (
         "estimated",
         "90 % interval",
+        "Labels: estimated mean error 0.",
         "landmarks and known positions: ",
         "One more landmark",
         "sessions: 2 (0 failed)",
@@ -108,6 +109,7 @@ def test_an_evaluation_has_tables_and_files(survey: Path, tmp_path: Path) -> Non
     for text in (
         "Error at dense truth, over walks, metres",
         "without faults",
+        "Labels of smoother: mean error 0.",
         "labelled, relative to local",
         "2 (0 failed)",
     ):

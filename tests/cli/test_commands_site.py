@@ -224,6 +224,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: expected EPSG:CODE"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
         (("--width-m", "20", "--height-m", "10", "--others", "roof"), "others: "),
+        (("--width-m", "41000"), "error: --width-m 41000: must be at most 10000 metres"),
         (("--width-m", "20", "--elevation-m", "nan"), "error: elevation_m: Input should be a finite number"),
         (("--width-m", "20", "--elevation-m", "inf"), "error: elevation_m: Input should be a finite number"),
     ],
@@ -232,6 +233,30 @@ def test_options_that_cannot_be(tmp_path: Path, options: tuple[str, ...], messag
     done = vislam2tag("site", "init", tmp_path / "site", "--plan", drawn_floor.png(tmp_path), *options)
     assert message in the_error(done)
     assert not (tmp_path / "site").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--width-m", "41,5"), "'--width-m': '41,5' is not a number; write a decimal point: 41.5"),
+        (("--width-m=41,5",), "'--width-m': '41,5' is not a number; write a decimal point: 41.5"),
+        (("--floor", "x"), "'--floor': 'x' is not a whole number"),
+    ],
+)
+def test_what_is_not_a_number_is_named(tmp_path: Path, options: tuple[str, ...], message: str) -> None:
+    done = vislam2tag("site", "init", tmp_path / "site", "--plan", drawn_floor.png(tmp_path), *options)
+    assert done.returncode == 2
+    assert message in done.stderr
+
+
+def test_a_new_site_is_asked_for_landmarks_and_walks(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    vislam2tag("site", "init", site, "--plan", drawn_floor.png(tmp_path), "--width-m", "20")
+    done = vislam2tag("site", "show", site, "--out", tmp_path / "site.html")
+    assert "floor 1 has no landmarks yet: plan them with `vislam2tag plan SITE --out plan --write`" in done.stdout
+    assert f"contains no walks yet: record some, then run vislam2tag receive {site}" in the_error(
+        vislam2tag("inspect", site)
+    )
 
 
 def test_plans_that_cannot_be(tmp_path: Path) -> None:

@@ -197,7 +197,7 @@ def test_what_is_no_survey_is_one_clear_error(tmp_path: Path) -> None:
     file.write_text("")
     with pytest.raises(SurveyError, match="not a folder"):
         open_survey(file)
-    with pytest.raises(SurveyError, match="no folder named floor_1"):
+    with pytest.raises(SurveyError, match="no folder named floor_0"):
         open_survey(tmp_path)
     (tmp_path / "floor_1" / "LG" / "empty").mkdir(parents=True)
     with pytest.raises(SurveyError, match="no session"):

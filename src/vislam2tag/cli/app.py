@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from textwrap import fill
 from typing import Annotated, Any, TypeAlias
@@ -171,7 +172,29 @@ def _take_old_names(command: Any, names: Mapping[str, str]) -> None:
         name, equals, value = word.partition("=")
         return names.get(name, name) + equals + value
 
-    command.parse_args = lambda ctx, words: parse(ctx, [renamed(word) for word in words])
+    def parsed(ctx: Any, words: list[str]) -> Any:
+        words = [renamed(word) for word in words]
+        try:
+            return parse(ctx, list(words))
+        except typer.BadParameter as error:
+            if found := _NOT_A_NUMBER.search(error.message):
+                error.message = _about_a_number(words, getattr(error.param, "opts", []), found[1])
+            raise
+
+    command.parse_args = parsed
+
+
+_NOT_A_NUMBER = re.compile("unable to parse string as an? (number|integer)")
+
+
+def _about_a_number(words: list[str], names: list[str], kind: str) -> str:
+    """The message about the value of an option that is not a number."""
+    pairs = [word.split("=", 1) for word in words] + [list(pair) for pair in pairwise(words)]
+    value = next((pair[1] for pair in pairs if len(pair) == 2 and pair[0] in names), "the value")
+    advice = ""
+    if kind == "number" and re.fullmatch(r"[-+]?\d+,\d+", value):
+        advice = f"; write a decimal point: {value.replace(',', '.')}"
+    return f"'{value}' is not a {'whole ' if kind == 'integer' else ''}number{advice}"
 
 
 def _with_switches(command: Any, name: str) -> Any:

@@ -221,8 +221,12 @@ def _print(inspection: api.Inspection, survey: Path) -> None:
             _print_finding(finding)
     say(f"sessions: {len(inspection.sessions)}, findings: {sum(len(findings) for _, findings in groups)}")
     say(inspection.judgement.sentence)
-    after = "inspect, excluded" if inspection.judgement.answer is Answer.NOT_LOOKED_AT else "inspect, unusable"
-    next_step("inspect" if inspection.usable else after, survey=survey, corrections=survey / "corrections.toml")
+    if inspection.usable:
+        off_plan = any(finding.kind == "landmarks_off_plan" for finding in inspection.findings)
+        after = "inspect, off plan" if off_plan else "inspect"
+    else:
+        after = "inspect, excluded" if inspection.judgement.answer is Answer.NOT_LOOKED_AT else "inspect, unusable"
+    next_step(after, survey=survey, corrections=survey / "corrections.toml")
 
 
 def _print_floors(floors: Iterable[FloorOverview]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING
 
 from vislam2tag import api
@@ -135,6 +136,8 @@ def _print_sessions(found: api.SurveyCheck) -> None:
     errors = ("left out", "their median error", "labelled", "stated", "estimated", "90 % interval")
     rows = [(str(each.floor), each.device, each.session, *_session_cells(each)) for each in found.sessions]
     print_table(title, ("floor", "device", "session"), ("landmarks or fixes", *errors), rows)
+    if estimates := [one.estimated_m for one in found.sessions if one.estimated_m is not None]:
+        say(f"Labels: estimated mean error {metres(median(estimates))} (the median of the sessions)")
 
 
 def _session_cells(session: api.SessionCheck) -> tuple[str | Text, ...]:
@@ -304,12 +307,19 @@ def _advance(bar: SessionBar, session: api.SessionEvaluation, total: int) -> Non
 
 
 def _print_evaluate(found: api.SurveyEvaluation, given: EvaluateOptions) -> None:
+    from vislam2tag.labeling.settings import ProcessSettings
     from vislam2tag.pipeline.labels.evaluate import PAGE_FILE
-    from vislam2tag.quality.evaluation.metrics import ALL, OVER_WALKS, truth_name
+    from vislam2tag.quality.evaluation.metrics import ALL, ALL_WALKS, OVER_WALKS, truth_name
+
+    usual = ProcessSettings().strategy
 
     shown = [row for row in found.rows if row.group == ALL and row.over == OVER_WALKS]
     for (truth, method), rows in groupby(shown, key=lambda row: (row.truth, row.method)):
-        _print_errors(truth_name(truth, method), list(rows))
+        of_truth = list(rows)
+        _print_errors(truth_name(truth, method), of_truth)
+        for row in of_truth:
+            if row.selection == ALL_WALKS and row.strategy == usual and row.mean_m.value is not None:
+                say(f"Labels of {row.strategy}: mean error {metres(row.mean_m.value)}")
     _print_strategies(found)
     say("the files and the page also have errors over points, by floor, by device and by session")
     say(f"sessions: {len(found.sessions)} ({found.failed} failed)")

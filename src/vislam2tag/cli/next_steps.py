@@ -33,6 +33,7 @@ STEPS: Mapping[str, str] = {
     "register, nothing": "correct the problems above, then run the same command again",
     "receive": "vislam2tag inspect {survey}",
     "inspect": "vislam2tag run {survey} --out out",
+    "inspect, off plan": "vislam2tag diagnose {survey}",
     "inspect, excluded": "remove the exclusions from {corrections}, then: vislam2tag inspect {survey}",
     "inspect, unusable": "correct the problems above, then: vislam2tag inspect {survey}",
     "attach": "vislam2tag run {survey} --out out",

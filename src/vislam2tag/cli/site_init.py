@@ -91,6 +91,9 @@ def _made(kind: type[Made], values: Mapping[str, Any], blamed: str = "") -> Made
         wrong = error.errors()[0]
         place = ", ".join(str(part) for part in wrong["loc"])
         why = wrong["msg"].removeprefix("Value error, ")
+        if place.startswith("extent, ") and "le" in wrong.get("ctx", {}):
+            name = str(wrong["loc"][-1]).replace("_", "-")
+            raise UsageError(f"--{name} {wrong['input']:g}: must be at most {wrong['ctx']['le']:g} metres") from error
         raise UsageError(f"{blamed}{place}{': ' if place else ''}{why}") from error
 
 

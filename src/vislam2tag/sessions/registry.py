@@ -32,6 +32,7 @@ from vislam2tag.site.landmark_states import planned_findings
 from vislam2tag.site.links import is_from_outside
 from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Survey, session_slugs
 from vislam2tag.site.settings import SurveySettings
+from vislam2tag.site.site_file import has_site_file
 from vislam2tag.site.site_table import site_finding
 from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_drawings
 
@@ -268,6 +269,8 @@ def survey_files(
     except OSError as error:
         raise SurveyError(f"{root}: the folder cannot be opened: {error}") from error
     if not sessions and walked:
+        if has_site_file(root) and not odd_folders:
+            raise SurveyError(f"{root}: contains no walks yet: record some, then run vislam2tag receive {root}")
         locked = [f"; {folder.file}: {folder.message}" for folder in odd_folders if folder.kind == "unreadable_folder"]
         raise SurveyError(
             f"{root}: this is not a survey: it contains no session (a folder floor_K/DEVICE/SESSION with poses.csv)"

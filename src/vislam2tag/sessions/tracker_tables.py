@@ -215,6 +215,6 @@ def _tracking_lost(log: LandmarkLog, file: str, frames: int) -> list[Finding]:
     runs = int(np.count_nonzero(np.diff(critical.astype(np.int8), prepend=0) == 1))
     message = (
         f"tracking was lost {runs} time{'s' if runs > 1 else ''}: at these frames every landmark has the camera's "
-        "pose; they split the walk"
+        "pose; the program continues at the next landmark"
     )
     return at_lines_if("tracking_lost", file, np.sort(first_line[critical]).tolist(), message)

@@ -111,7 +111,7 @@ def floor_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:
     folders, findings = _numbered_folders(root)
     if not folders:
         raise SurveyError(
-            f"{root}: this is not a survey: it contains no folder named floor_1, floor_2, ...{_instead(root)}"
+            f"{root}: this is not a survey: it contains no folder named floor_0, floor_1, ...{_instead(root)}"
         )
     return folders, findings
 

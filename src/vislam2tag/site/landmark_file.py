@@ -80,7 +80,13 @@ def read_landmark_file(
     try:
         table = read_site_table(root, path, columns=LANDMARKS)
     except FileNotFoundError:
-        return [], [_no_landmarks("missing_file", name, "the floor's landmarks are unknown: add the file")]
+        if any(entry.is_dir() for entry in folder.glob("*")):  # walks
+            return [], [_no_landmarks("missing_file", name, "the floor's landmarks are unknown: add the file")]
+        message = (
+            f"floor {floor} has no landmarks yet: plan them with `vislam2tag plan SITE --out plan --write`, "
+            "or add the file"
+        )
+        return [], [Finding(kind="missing_file", file=name, count=1, message=message)]
     except OSError as error:
         return [], [unreadable_file(name, error, "the floor's landmarks are unknown, its sessions cannot be mapped")]
     if (problem := table.missing_columns(LANDMARKS)) is not None:

@@ -131,7 +131,7 @@ def test_what_was_killed_before_it_wrote_goes_on_beside_files_of_the_user(tmp_pa
 def test_output_of_a_command_without_a_run_record_is_refused(tmp_path: Path) -> None:
     with whole_folder(tmp_path / "plan", lambda _: True) as folder:
         folder.write("landmarks.csv", "id,floor,x,y\n")
-    with pytest.raises(OutputError, match="is not empty and was not made by"), claim(tmp_path / "plan", {}):
+    with pytest.raises(OutputError, match="not empty and vislam2tag did not create it"), claim(tmp_path / "plan", {}):
         pass
     assert names(tmp_path / "plan") == {"landmarks.csv"}
 
