@@ -18,7 +18,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parents[2]
 MAX_WORDS = 35
 WORDS = re.compile(
-    r"\b(?:told|tells?|telling|whoever|(?<!-)anew|nobody|lacks?|lacked|lacking|but for)\b",
+    r"\b(?:told|tells?|telling|whoever|anew|nobody|lacks?|lacked|lacking|but for)\b",
     re.IGNORECASE,
 )
 DOUBTFUL = re.compile(

@@ -202,7 +202,10 @@ def _tracking_lost(camera: CameraTrack, state: TrackerState, file: str) -> list[
     by_count = sorted(reasons.items(), key=lambda each: (-each[1], each[0]))
     counted = [f"{word.lower().replace('_', ' ')} ({count}x)" for word, count in by_count]
     why = f" for {', '.join(counted)}" if counted else ""
-    message = f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; the program continues at the next landmark"
+    message = (
+        f"tracking was lost {len(spans)} time{'s' if len(spans) > 1 else ''}{why}; the program continues at the next "
+        "landmark"
+    )
     return at_lines_if("tracking_lost", file, camera.row[lost].tolist(), message)
 
 
