@@ -110,7 +110,10 @@ def _without_tracker(session: Session, reading: SessionFiles, rows: pl.DataFrame
     session = replace(session, files=tuple(reading.files), findings=tuple(reading.findings))
     made = without_tracker(session, fixes)
     if made is None:
-        message = "there are no poses, accelerometer or gyroscope readings; the session cannot be mapped"
+        message = (
+            "there are no poses, and accelerometer or gyroscope readings are missing or too few; the session cannot be "
+            "mapped"
+        )
         found = [*found, Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
         made = replace(session, findings=_without_absence(session.findings))
     return replace(made, findings=(*made.findings, *found))

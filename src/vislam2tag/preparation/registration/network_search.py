@@ -183,7 +183,7 @@ def _why_no_join(frames: Sequence[_Frame], tolerance_m: float) -> str:
     ratio = float(np.median(apart[1] / np.maximum(apart[0], 1e-9)))
     return (
         f"{who} shares the points {names} with {there}, but no two of them have the same distance in both (within "
-        f"{tolerance_m:.2f} m; there the distances are {ratio:.3f} times as long). Check for wrong names, feet "
+        f"{tolerance_m:.2f} m); the distances in {there} are {ratio:.3f} times as long. Check for wrong names, feet "
         "instead of metres, and mistyped coordinates"
     )
 
