@@ -61,5 +61,5 @@ def test_older_sessions_are_mapped_again_into_the_same_tables(survey: Path, labe
 
 
 def test_older_labels_of_another_strategy_are_refused_by_name(survey: Path, labels: Path) -> None:
-    with pytest.raises(OutputError, match="holds labels of the strategy local"):
+    with pytest.raises(OutputError, match="contains labels of the strategy local"):
         process(survey, labels, Settings(strategy="global"), jobs=1)

@@ -112,12 +112,12 @@ def test_a_set_without_positions_is_not_trained_on(surveys: Path, tmp_path: Path
     for command in (("split", tmp_path / "set"), ("figures", tmp_path / "set", "--out", tmp_path / "figures")):
         done = vislam2tag("-q", *command)
         assert done.returncode == 1, command
-        assert done.stdout.splitlines()[-1].startswith(f"next: read in {tmp_path / 'set' / 'report.html'}")
+        assert done.stdout.splitlines()[-1].startswith(f"next: open {tmp_path / 'set' / 'report.html'}")
     plain, again = tmp_path / "plain", tmp_path / "again"
     assert vislam2tag("-q", "export", tmp_path / "set", "--format", "parquet", "--out", plain).returncode == 0
     taken = vislam2tag("-q", "import", plain, "--out", again)
     assert (open_dataset(again).labelled, taken.returncode) == (0, 1)
-    assert taken.stdout.splitlines()[-1].startswith(f"next: read in {again / 'report.html'}")
+    assert taken.stdout.splitlines()[-1].startswith(f"next: open {again / 'report.html'}")
 
 
 @pytest.mark.parametrize("command", ["check", "diagnose"])

@@ -106,4 +106,4 @@ def test_what_needs_an_extra_names_it(folder: Path) -> None:
 
 def test_extras_are_those_of_the_project_file() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    assert {*errors._EXTRAS, "all"} == set(project["optional-dependencies"])
+    assert {*errors._EXTRAS, "all", "docs"} == set(project["optional-dependencies"])

@@ -44,7 +44,7 @@ def test_models_are_compared_and_told(dataset: Path, tmp_path: Path) -> None:
     ("arguments", "message"),
     [
         ((), "--model: pass at least one of "),
-        (("--model", "psychic"), "no positioning model is called 'psychic'; there are: "),
+        (("--model", "psychic"), "there is no positioning model 'psychic'; available are: "),
         (
             ("--model", "weighted-knn", "--split", "weather"),
             "--split weather: small has no such split; it has: block, day",
@@ -110,6 +110,6 @@ def test_a_walk_that_cannot_be_evaluated_shows_in_the_exit_code(survey: Path, tm
     )
     done = vislam2tag("paper", copy, "--out", tmp_path / "out")
     assert done.returncode == 1, done.stderr
-    assert "left out: floor 0 / LG: the total station's frame needs at least two common points, but none is known" in (
+    assert "skipped: floor 0 / LG: the total station's frame needs at least two common points, but none is known" in (
         done.stdout
     )

@@ -223,7 +223,7 @@ def test_zips_are_filed_without_a_server(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (1, f"{PLACE}: filed\n{step}")
     assert done.stderr.startswith(f"refused {bad}: ")
     again = vislam2tag("receive", survey, good)
-    assert (again.returncode, again.stdout) == (0, f"{PLACE}: was there already\n{step}")
+    assert (again.returncode, again.stdout) == (0, f"{PLACE}: already filed\n{step}")
 
 
 def test_no_folder_and_a_missing_zip_are_told(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
         ((labels, "--window", "soon"), "--window soon"),
         ((labels, "--imu-window", "0s"), "--imu-window 0s"),
         ((tmp_path / "missing",), "no such folder"),
-        ((labels, "--people", "2"), "--people 2: give --hours"),
+        ((labels, "--people", "2"), "--people 2: also pass --hours"),
         ((labels, "--hours", "1e308"), "--people 1 --hours 1e+308: this is too much for a survey"),
         ((labels, "--building", "a", "--building", "b"), "2 names for 1 sources"),
         ((labels, "--hash-bssid", tmp_path / "missing"), "the key cannot be read"),
@@ -148,7 +148,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_figures_are_drawn_and_coverage_is_shown(dataset: Path, tmp_path: Path) -> None:
     done = vislam2tag("figures", dataset, "--out", tmp_path / "out", "--start", "0:5,11")
     assert done.returncode == 0, done.stderr
-    assert "walk that fills the gaps" in done.stdout
+    assert "walk to fill the gaps" in done.stdout
     assert (tmp_path / "out" / "coverage.svg").read_bytes().startswith(b"<?xml")
     assert (tmp_path / "out" / "rssi.pdf").read_bytes().startswith(b"%PDF")
 
@@ -156,7 +156,7 @@ def test_figures_are_drawn_and_coverage_is_shown(dataset: Path, tmp_path: Path) 
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (("--start", "1;2"), "--start 1;2: give FLOOR:X,Y"),
+        (("--start", "1;2"), "--start 1;2: expected FLOOR:X,Y"),
         (("--cell-m", "0"), "--cell-m 0.0: Input should be greater than or equal to 0.05"),
         (("--radius-m", "nan"), "--radius-m nan: Input should be"),
     ],
@@ -206,7 +206,7 @@ def test_wrong_values_are_told_in_one_line(
 def test_nothing_labelled_is_told(tmp_path: Path) -> None:
     write_dataset(small_dataset(unlabelled=12), tmp_path / "set")
     done = vislam2tag("radio-maps", tmp_path / "set", "--out", tmp_path / "maps", "--ap", bssid(0, 0))
-    assert "there is nothing to map" in the_error(done)
+    assert "so no map can be made" in the_error(done)
 
 
 @pytest.mark.parametrize(("text", "metres"), [("1m", 1.0), ("50cm", 0.5), (" 1.5 m ", 1.5)])

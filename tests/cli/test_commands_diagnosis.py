@@ -91,7 +91,7 @@ def test_a_survey_half_a_metre_off_is_the_odd_one_out(sound: Path, tmp_path: Pat
 
 
 def test_apply_and_revert_exclude_each_other(sound: Path) -> None:
-    assert "one of them" in the_error(vislam2tag("diagnose", sound, "--apply", "--revert"))
+    assert "use only one of the two" in the_error(vislam2tag("diagnose", sound, "--apply", "--revert"))
 
 
 def test_one_id_on_two_floors_of_a_walk_is_told_and_corrected(tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_one_id_on_two_floors_of_a_walk_is_told_and_corrected(tmp_path: Path) ->
     assert "Run `vislam2tag diagnose` to find which sheet it observed when" in refused.stderr
     said = vislam2tag("diagnose", survey, "--apply", "--jobs", "1")
     assert "passed the landmark 3 of floor 1, but another floor has one with this id" in said.stdout
-    assert "it brings: 0 % -> 100 % of frames labelled" in said.stdout
+    assert "effect of the correction: 0 % -> 100 % of frames labelled" in said.stdout
     assert vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0
     assert labelled_share(tmp_path / "labels") > 0.9
 
@@ -148,7 +148,7 @@ def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path) -
     bare = rewritten(survey, tmp_path / "survey", lambda row: row if row[0] == "5" else [row[0], "", ""])
     done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv", "--jobs", "1")
     assert done.returncode == 1
-    assert done.stdout.count("not related to the survey") == 6
+    assert done.stdout.count("not related to the survey: ") == 6
     assert "12 landmarks: 1 surveyed, 0 estimated, 11 without a position; 0 of 6 sessions used" in done.stdout
 
 

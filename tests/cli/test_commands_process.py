@@ -95,9 +95,9 @@ def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_pa
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--strategy", "globe"), "no mapping strategy is called 'globe'; there are: dead-reckoning, global, "),
-        (("--floor", "7"), "--floor 7: the survey has no such session; available: 0"),
-        (("--device", "Nokia"), "--device Nokia: the survey has no such session; available: LG, OnePlus"),
+        (("--strategy", "globe"), "there is no mapping strategy 'globe'; available are: dead-reckoning, global, "),
+        (("--floor", "7"), "--floor 7: the survey has no session with this floor; it has: 0"),
+        (("--device", "Nokia"), "--device Nokia: the survey has no session with this device; it has: LG, OnePlus"),
         (("--landmarks", "gone.csv"), "cannot be opened (No such file or directory); expected a landmark file"),
         (("--jobs", "0"), "--jobs"),
         (("--max-gap-s", "nan"), "--max-gap-s"),
@@ -231,7 +231,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     done = vislam2tag("run", survey, "--out", out, "--jobs", "1")
     assert (done.returncode, done.stderr) == (0, "")
     assert "2 sessions (0 failed); frames labelled: " in done.stdout
-    assert "floor 0: mean error to expect 0." in done.stdout
+    assert "floor 0: expected mean error 0." in done.stdout
     assert "kept" not in done.stdout
     assert done.stdout.splitlines()[-2:] == [
         f"page: {out / 'index.html'}",

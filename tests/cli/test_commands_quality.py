@@ -28,7 +28,7 @@ def test_a_check_has_tables_and_files(survey: Path, tmp_path: Path) -> None:
         "90 % interval",
         "Labels: estimated mean error 0.",
         "landmarks and known positions: ",
-        "One more landmark",
+        "Best places for another landmark",
         "sessions: 2 (0 failed)",
     ):
         assert text in done.stdout
@@ -60,7 +60,7 @@ def test_what_was_walked_is_measured_against_the_plan_and_rooms_have_names(
     assert "floor_0/rooms.csv: these rows have no name, or no x and y in metres" in done.stdout
     page = (tmp_path / "out" / "check.html").read_text()
     assert "walkable, but not walked" in page
-    assert "never into room " in page
+    assert ", but not room " in page
     assert "room at (" in page
     assert LONG in {area["name"].removeprefix("room ") for area in floor["areas"]}
     assert f'"text":["{LONG}"]' in page

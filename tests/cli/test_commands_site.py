@@ -210,7 +210,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
             (),
             "the file has no scale. Use --width-m or --height-m or both, two --point, --distance, --scale or --unit-m",
         ),
-        (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818; give"),
+        (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818. Use"),
         (("--scale", "1/50"), "--scale 1/50: expected 1:N as printed on the drawing, such as 1:100"),
         (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: expected X,Y,X,Y, two opposite corners"),
         (("--area", "900,0,999,9", "--width-m", "20"), "has nothing in that area; correct area"),

@@ -30,6 +30,9 @@ def checkout(tmp_path: Path) -> Path:
     for name in ("src/vislam2tag/__init__.py", "src/vislam2tag/common/commit.py", *BUILDING):
         (made / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, made / name)
+    for pages in sorted({path.parent for path in (ROOT / "docs").rglob("*.md")}):
+        (made / pages.relative_to(ROOT)).mkdir(parents=True, exist_ok=True)
+        shutil.copy(pages / "index.md", made / pages.relative_to(ROOT))
     git(made, "init", "--quiet")
     git(made, "add", ".")
     git(made, "commit", "--quiet", "--message", "All")

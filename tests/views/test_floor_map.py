@@ -267,7 +267,7 @@ def test_transparent_plan_lies_on_white(tmp_path: Path) -> None:
 @pytest.mark.parametrize("content", [b"", b"no image", b"\xff\xd8\xff\xe0half a JPEG"])
 def test_unreadable_plan_is_an_error(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "plan.jpg").write_bytes(content)
-    for name, message in (("plan.jpg", "cannot be read as an image"), ("missing.jpg", "is not there")):
+    for name, message in (("plan.jpg", "cannot be read as an image"), ("missing.jpg", "does not exist")):
         with pytest.raises(OSError, match=message):
             plan_data_uri(floor_with(tmp_path / name))
 

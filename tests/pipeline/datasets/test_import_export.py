@@ -225,11 +225,11 @@ def test_privacy_is_that_of_every_format(name: str, tmp_path: Path) -> None:
     ("name", "options", "said"),
     [
         ("nope", ExportOptions(), "no format 'nope' can be written; formats are: comford, geojson, gia"),
-        ("geojson", ExportOptions(split="random"), "--split: does not apply to the format geojson"),
-        ("uji", ExportOptions(survey=Path("x")), "--survey: does not apply to the format uji"),
+        ("geojson", ExportOptions(split="random"), "--split does not apply to the format geojson"),
+        ("uji", ExportOptions(survey=Path("x")), "--survey does not apply to the format uji"),
         ("uji", ExportOptions(fold="x"), "--fold x: name the split of this fold with --split"),
         ("uji", ExportOptions(split="nope"), "--split nope: the data set has no such split; its splits: "),
-        ("gia", ExportOptions(), "is a data set; gia is made of labels"),
+        ("gia", ExportOptions(), "is a data set. The format gia needs labels"),
     ],
 )
 def test_what_cannot_be_asked_for(

@@ -268,7 +268,7 @@ def test_a_session_that_cannot_be_read_is_counted_and_the_others_go_on(survey: P
 
 
 def test_folders_of_other_commands_and_wrong_names_are_refused(survey: Path, out: Path, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="holds what `vislam2tag evaluate` wrote"):
+    with pytest.raises(OutputError, match="contains the output of `vislam2tag evaluate`"):
         process(survey, out)
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "thesis.txt").touch()

@@ -193,7 +193,7 @@ def test_a_session_without_frames_is_told_as_such(survey: Path, tmp_path: Path) 
 
 
 def test_a_floor_without_sessions_is_a_usage_error(survey: Path) -> None:
-    with pytest.raises(UsageError, match="--floor 7: the survey has no such session; available: 0"):
+    with pytest.raises(UsageError, match="--floor 7: the survey has no session with this floor; it has: 0"):
         survey_landmarks(survey, floors=(7,))
 
 

@@ -66,7 +66,7 @@ def test_a_fold_trains_and_tests(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("plan", "message"),
     [
-        ({"model": "psychic"}, "no positioning model is called 'psychic'"),
+        ({"model": "psychic"}, "there is no positioning model 'psychic'"),
         ({"model": "knn"}, "^the model knn was removed; use weighted-knn$"),
         ({"parameters": {"neighbours": 3}}, "has no parameter 'neighbours'"),
         ({"seed": 1}, "--seed: weighted-knn does not use random numbers"),

@@ -140,5 +140,5 @@ def test_rooms_without_a_door_and_ids_given_twice_are_told(tmp_path: Path) -> No
     assert [one.kind for one in found.floors[0].findings] == ["closed_off"]
     assert [one.kind for one in found.findings] == ["duplicate_landmarks"]
     page = (tmp_path / "plan" / "index.html").read_text()
-    assert "closed off by walls" in page
+    assert "rooms without an open door" in page
     assert "an id may appear only once on a floor" in page

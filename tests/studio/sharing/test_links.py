@@ -47,7 +47,7 @@ def test_a_plan_from_outside_is_not_published(survey: Path, tmp_path: Path) -> N
     done = vislam2tag("studio", survey, "--export", tmp_path / "page")
     assert done.returncode == 0, done.stderr
     assert private_pictures(tmp_path / "page") == []
-    assert "floor_0/floorplan.png; give --follow-links" in done.stderr
+    assert "floor_0/floorplan.png; pass --follow-links" in done.stderr
     assert json.loads((tmp_path / "page" / "export.json").read_text())["left_out"] == 1
     done = vislam2tag("studio", survey, "--export", tmp_path / "followed", "--follow-links")
     assert done.returncode == 0, done.stderr

@@ -132,7 +132,7 @@ def _refuse_unknown(option: str, wanted: Sequence[_Value], there: Collection[_Va
     for value in wanted:
         if value not in there:
             names = ", ".join(map(str, sorted(there)))
-            raise UsageError(f"{option} {value}: the survey has no such session; available: {names}")
+            raise UsageError(f"{option} {value}: the survey has no session with this {option[2:]}; it has: {names}")
 
 
 def session_task(ref: SessionRef, survey: Survey, corrections: Corrections, settings: ProcessSettings) -> SessionTask:
