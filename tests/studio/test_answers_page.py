@@ -49,7 +49,7 @@ def test_known_faults_stay_open_while_the_search_runs(browser: Browser, faulty: 
         expect(page.get_by_text(NOTHING)).to_have_count(0)
 
 
-NONE = ("Not checked: no walk has labels yet.", "Nicht geprüft: noch keine Aufnahme ist verortet.")
+NONE = ("Not checked: no walk has labels yet.", "Nicht geprüft: noch keine Aufnahme hat Labels.")
 SOUND = (f"{NOTHING}. Checked: ", "Es wurden keine Fehler gefunden. Geprüft: ")
 NOT_JUDGED = (
     "Could not be judged: no walk passes 3 surveyed landmarks",

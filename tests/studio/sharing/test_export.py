@@ -33,7 +33,7 @@ from vislam2tag.studio.workspace import Workspace
 
 REASON = "Ms Miller took it down"
 KEY = b"a secret that nobody has"
-WHOLE = "This server gives whole files only"
+WHOLE = "This server does not support range requests"
 
 
 @pytest.fixture(scope="module")
