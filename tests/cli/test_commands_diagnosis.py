@@ -164,7 +164,7 @@ def test_wrong_usage_is_2_with_one_line_and_nothing_written(survey: Path, tmp_pa
         ),
         ((tmp_path / "gone", "--out", tmp_path / "c.csv"), "no such folder; expected a survey folder"),
         ((survey, "--out", tmp_path / "gone" / "c.csv"), "c.csv: cannot be written (its folder does not exist)"),
-        ((survey, "--out", tmp_path / "c.csv", "--floor", "7"), "--floor 7: the survey has no such session"),
+        ((survey, "--out", tmp_path / "c.csv", "--floor", "7"), "--floor 7: the survey has no session with this floor"),
     ):
         assert message in the_error(vislam2tag("survey-landmarks", *arguments))
     assert bytes_of(survey) == raw

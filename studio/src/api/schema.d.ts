@@ -651,7 +651,7 @@ export interface components {
         Answer: "nothing_wrong" | "wrong" | "not_looked_at" | "not_judged";
         /**
          * ChangedPoint
-         * @description An access point that changed; places are centres of cells, BCS metres.
+         * @description An access point that changed. Places are centres of cells, BCS metres.
          */
         ChangedPoint: {
             /** Base Floor */
@@ -693,7 +693,7 @@ export interface components {
         };
         /**
          * ComparedSession
-         * @description A session in two outputs; ``error`` is the mean against truth, where that is known.
+         * @description A session in two outputs; ``error`` is the mean error against truth, if that is known.
          */
         ComparedSession: {
             /** Apart Median M */
@@ -926,7 +926,7 @@ export interface components {
         };
         /**
          * DrawingScale
-         * @description The scale a drawing is printed at, of files that tell their size on paper (PDF; SVG in mm, cm, in, pt or pc).
+         * @description The scale a drawing is printed at, of files with a size on paper (PDF; SVG in mm, cm, in, pt or pc).
          */
         DrawingScale: {
             /**
@@ -1619,11 +1619,11 @@ export interface components {
         };
         /**
          * PlanSource
-         * @description A plan file and its scale; at most one of :data:`SCALES`, none where the file itself tells its scale.
+         * @description A plan file and its scale; at most one of :data:`SCALES`, none if the file itself contains its scale.
          *
          *     The plan's own coordinates are pixels (PNG, JPG) or units of the drawing (SVG), both from the upper left corner
-         *     downwards; points of 1/72 inch from the lower left corner upwards (PDF); coordinates of the file (DXF, GeoJSON,
-         *     IMDF).
+         *     downwards. Those of a PDF are points of 1/72 inch from the lower left corner upwards. DXF, GeoJSON and IMDF have
+         *     coordinates of their own.
          */
         PlanSource: {
             /**
@@ -2364,7 +2364,7 @@ export interface components {
         };
         /**
          * Severity
-         * @description How much a finding matters to whoever uses the labels.
+         * @description How much a finding matters to users of the labels.
          * @enum {string}
          */
         Severity: "info" | "warning" | "error";
@@ -2427,7 +2427,7 @@ export interface components {
         };
         /**
          * StationRow
-         * @description One station: where its frame's origin lies, BCS metres, and how it is turned.
+         * @description One station: where its frame's origin is, BCS metres, and how it is turned.
          */
         StationRow: {
             /** Shots */
