@@ -64,11 +64,12 @@ print(f"{summary.sessions} walks, {summary.distance_m:.0f} m")
 # %% [markdown]
 # ## Check the labels
 #
-# Each walk has a table of frames and tables of readings. Every row has a [status](../reference/statuses.md):
+# Each walk has a table of frames and tables of readings. Every row has a
+# [status](../reference/statuses.md). The Wi-Fi readings of this survey have three:
 #
 # - `ok`: the row has a position.
 # - `uncertain`: it has a position with a large standard deviation.
-# - `duplicate`: the phone logged the same reading twice.
+# - `duplicate`: the phone logged the same reading twice; it has no position.
 
 # %%
 wifi = pl.read_parquet(folder / "labels" / "wifi" / "*.parquet")

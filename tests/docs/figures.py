@@ -145,13 +145,23 @@ def digest(part: Path) -> str:
     return hashlib.sha256(code.encode()).hexdigest()[:12] if code else ""
 
 
+class _WordsRemoved(ast.NodeTransformer):
+    """Removes docstrings and texts of several words; of a formatted text the values remain, in any order."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
+        return None if isinstance(node.value, ast.Constant) else self.generic_visit(node)
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
+        values = sorted(ast.unparse(part.value) for part in node.values if isinstance(part, ast.FormattedValue))
+        return ast.Constant("".join(values))
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        return ast.Constant("") if isinstance(node.value, str) and re.search(r"\s", node.value) else node
+
+
 def _without_words(code: str) -> str:
     """Code whose comments, docstrings and texts of several words are gone."""
-    tree = ast.parse(code)
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and re.search(r"\s", node.value):
-            node.value = ""
-    return ast.unparse(tree)
+    return ast.unparse(_WordsRemoved().visit(ast.parse(code)))
 
 
 def stale() -> list[str]:

@@ -157,6 +157,6 @@ def test_zips_that_cannot_be_read_are_named(tmp_path: Path) -> None:
     assert "flipped.zip: cannot be unpacked" in errors["flipped"]
     assert not errors["good"]
     said = {each.file: each.message for each in shown.findings}
-    assert "is not a complete zip" in said["floor_2/iPhone/half.zip"]
+    assert "the zip file cannot be read" in said["floor_2/iPhone/half.zip"]
     assert "no known recording" in said["floor_2/iPhone/notes.zip"]
     assert "the folder twice next to it is already a session" in said["floor_2/iPhone/twice.zip"]

@@ -183,7 +183,7 @@ def sightings_command(
     tags: str | None = option(None, "Family of square tags, such as apriltag-36h11.", metavar="FAMILY"),
     tag_side_m: float | None = option(None, "Side length of a tag's black square, metres.", least=0.01),
     qr_side_m: float | None = option(
-        None, "Side length of QR codes whose text ends with the landmark id, metres.", least=0.01
+        None, "Side length of QR codes, metres. Their text after the last slash is the landmark id.", least=0.01
     ),
     replace: bool = option(False, "Search sessions again that already have a sightings.csv."),
     json: AsJson = False,

@@ -345,9 +345,8 @@ def _format_in_zip(root: Path, packed: Path, findings: list[Finding]) -> str | N
     try:
         name = format_in_zip(root, packed)
     except (DatasetError, OSError) as error:
-        findings.append(
-            site_finding(_UNRECOGNISED, shown, f"is not a complete zip file ({error}) and is skipped: send it again")
-        )
+        message = f"the zip file cannot be read ({error}) and is skipped: send it again, or check its permissions"
+        findings.append(site_finding(_UNRECOGNISED, shown, message))
         return None
     if name is None:
         findings.append(
