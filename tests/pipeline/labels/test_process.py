@@ -145,7 +145,7 @@ def test_adding_a_session_does_not_change_the_others(survey: Path, tmp_path: Pat
 
 
 def test_a_selection_of_nothing_is_refused(clean_survey: Path, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"--floor 7: .* available: 0, 1"):
+    with pytest.raises(UsageError, match=r"--floor 7: .* it has: 0, 1"):
         process(clean_survey, tmp_path / "out", selection=Selection(floors=(7,)))
 
 
