@@ -51,7 +51,7 @@ lines = (survey / "floor_0" / "marker_dict.csv").read_text().splitlines()
 print("\n".join(lines[:4]))
 
 # %% [markdown]
-# Tables from a spreadsheet work too: `vislam2tag inspect survey` shows how they were read.
+# A landmark table from a spreadsheet works too: `vislam2tag inspect survey` shows how its columns were read.
 
 # %% [markdown]
 # ## Label the walk

@@ -40,7 +40,7 @@ print("splits:", ", ".join(sorted(dataset.splits)))
 # ## Choose a split
 #
 # A split divides the fingerprints into a training set and a test set. Take `trajectory`, which puts whole walks into
-# the test set. With `random`, the test set contains scans that were taken a second after scans of the training set.
+# the test set. With `random`, the test set contains scans that were taken seconds after scans of the training set.
 # The error would then look much too small ([splits](../reference/splits.md)).
 
 # %%
