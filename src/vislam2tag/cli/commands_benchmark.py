@@ -52,9 +52,10 @@ class BenchmarkOptions:
 def benchmark_command(given: BenchmarkOptions) -> None:
     """Train, test and compare positioning models on a data set.
 
-    Trains each model on the training part of each fold with each seed, and tests it on the rest. Writes OUT/scores.csv,
-    scores.tex, times.csv, benchmark.json, report.html, figures/ (SVG, PDF) and runs/ with all predictions.
-    docs/how-to/benchmark.md explains the figures. You can stop at any time: run the same command again to continue.
+    Trains each model on the training part of each fold with each seed, and tests it on the test part. Writes
+    OUT/scores.csv, scores.tex, times.csv, benchmark.json, report.html, figures/ (SVG, PDF) and runs/ with all
+    predictions. docs/how-to/benchmark.md explains the figures. You can stop at any time: run the same command again to
+    continue.
 
     Models: {models}.
 
@@ -195,7 +196,8 @@ def paper_command(
     index.html with the paper's values beside ours. The page names missing data. With --models the paper's networks are
     trained for Table IV. This needs PyTorch and takes far longer than the rest.
 
-    Exit code: 0 written (parts without data are missing), 1 a session cannot be evaluated, 2 wrong usage or no survey.
+    Exit code: 0 written (parts without data are missing), 1 a session cannot be evaluated, 2 wrong usage or no survey,
+    130 interrupted.
 
     \b
     Examples:

@@ -161,7 +161,7 @@ def verify_command(
     the raw file, or by time. Two outputs of `process` are also compared walk by walk: distance between positions,
     labelled share, sigma, and error if the truth is known. Nothing is written.
 
-    Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare.
+    Exit code: 0 the same, 1 different, 2 wrong usage or nothing to compare, 130 interrupted.
 
     \b
     Examples:
@@ -260,9 +260,9 @@ def join_command(
 ) -> None:
     """Add a later survey to a data set and report what changed in the building.
 
-    Writes one data set of all walks to DS. DS/changes lists access points that appeared, vanished or moved, judged only
-    where both surveys walked. It also lists places whose RSSI changed by more than noise and phone offsets explain.
-    Walk these again. docs/how-to/second-survey.md explains the tests. A walk in both data sets is used once.
+    Writes one data set of all walks to OUT. OUT/changes lists access points that appeared, vanished or moved, judged
+    only where both surveys walked. It also lists places whose RSSI changed by more than noise and phone offsets
+    explain. Walk these again. docs/how-to/second-survey.md explains the tests. A walk in both data sets is used once.
 
     Exit code: 0 joined, 2 wrong usage, or the sets cannot be joined, 130 interrupted.
 

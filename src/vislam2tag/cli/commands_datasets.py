@@ -299,7 +299,7 @@ def radio_maps_command(given: RadioMapsOptions) -> None:
 
     Each map shows the mean RSSI, its spread, and how often the access point is received. Maps are smoothed by a
     Gaussian process, without the offsets of the phones, and come with the error on left-out readings. Writes
-    R/radio_maps.json, index.html, a NumPy file for each floor, a GeoTIFF for each access point, and figures.
+    OUT/radio_maps.json, index.html, a NumPy file for each floor, a GeoTIFF for each access point, and figures.
     docs/explanation/positioning.md explains the layers.
 
     Exit code: 0 written, 2 wrong usage, no data set or nothing to map, 130 interrupted.

@@ -53,10 +53,10 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     """Find the mistakes of a survey, with their evidence and the lines for corrections.toml.
 
     No ground truth is needed, because walks that pass the same landmarks show which of them contradict the table
-    (docs/how-to/diagnosis.md). The command finds interchanged, mis-surveyed, moved and duplicate landmarks, mirrored
-    tables and wrong units, sessions in the folder of another floor or device, and phones that deliver old Wi-Fi scans.
-    It also finds single outliers: a position, an observation, or the length scale of a device that contradicts all
-    others.
+    (docs/how-to/diagnosis.md). The command finds interchanged, mis-surveyed, moved and duplicate landmarks, and ids
+    that do not match. It finds tables that are mirrored, turned or in wrong units, sessions in the folder of another
+    floor or device, wrong clocks, and repeated Wi-Fi scans. It also finds single outliers: a position, an observation,
+    or the length scale of a device that contradicts all others.
 
     If nothing is wrong, the output names what was checked. If no walk passes enough landmarks, it says that nothing
     could be judged.

@@ -51,7 +51,7 @@ def add_command(
 
     Without SURVEY, the command scans all surveys in STORE/surveys for new and changed files.
 
-    Exit code: 0 added, 2 wrong usage, not a survey, or another survey of that name.
+    Exit code: 0 added, 2 wrong usage, not a survey, or another survey of that name, 130 interrupted.
 
     \b
     Examples:
@@ -156,8 +156,8 @@ def process_command(given: FleetProcessOptions) -> None:
     Settings come from --config, or from the vislam2tag.toml of each survey. After an interruption, run the same command
     on any machine to continue.
 
-    Exit code: 0 all processed, 1 a survey cannot be read, or process would end with 1 for it, 2 wrong usage, 130
-    interrupted.
+    Exit code: 0 all processed, 1 the fleet is empty, a survey cannot be read, or process would end with 1 for it, 2
+    wrong usage, 130 interrupted.
 
     \b
     Examples:

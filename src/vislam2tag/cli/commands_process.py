@@ -77,9 +77,10 @@ class ProcessOptions:
 def process_command(given: ProcessOptions) -> None:
     """Map all sessions of a survey and label their readings.
 
-    Writes OUT/trajectory, OUT/wifi and OUT/sensors (a Parquet file for each session), OUT/sessions (a JSON file for
-    each session), OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions that are
-    finished in OUT and unchanged are not processed again. After an interruption, run the same command to continue.
+    Writes OUT/trajectory, wifi, sensors, ble and rtt (a Parquet file for each session with such data), OUT/sessions (a
+    JSON file for each session), OUT/summary.json, OUT/run.json (settings and versions) and OUT/report.html. Sessions
+    that are finished in OUT and unchanged are not processed again. After an interruption, run the same command to
+    continue.
 
     Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, no frame has a
     position, or landmark ids do not match, 2 wrong usage or not a survey, 130 interrupted.
@@ -298,6 +299,8 @@ def demo_command(
 
     Writes OUT/survey (raw files as a phone writes them), OUT/STRATEGY (labels and report.html of each strategy) and
     OUT/scores.csv.
+
+    Exit code: 0 written, 2 wrong usage, or OUT contains other files, 130 interrupted.
 
     \b
     Examples:

@@ -56,7 +56,8 @@ def label_command(given: LabelOptions) -> None:
     access points. The uncertainty of the offset is added to sigma. Otherwise pass --offset-s. An offset that is not
     clear is refused.
 
-    Exit code: 0 labelled, 1 no row has a position, 2 wrong usage, no labels, or times that cannot be interpreted.
+    Exit code: 0 labelled, 1 no row has a position, 2 wrong usage, no labels, or times that cannot be interpreted,
+    130 interrupted.
 
     \b
     Examples:
@@ -135,7 +136,7 @@ def attach_command(given: AttachOptions) -> None:
     readings. Their sigma includes the uncertainty of the clock and the distance between both devices. Delete the file
     to undo it. See docs/how-to/iphone.md.
 
-    Exit code: 0 attached, 2 wrong usage, an unreadable recording, or an offset that is not clear.
+    Exit code: 0 attached, 2 wrong usage, an unreadable recording, or an offset that is not clear, 130 interrupted.
 
     \b
     Examples:
@@ -198,7 +199,8 @@ def sightings_command(
     Writes sightings.csv into each session's folder, which `process` reads. The recording is not changed. See
     docs/how-to/iphone.md.
 
-    Exit code: 0 all sessions done, 1 a session has no usable images, 2 wrong usage or not a survey, 130 interrupted.
+    Exit code: 0 all sessions done, 1 a session has no usable images, or none was searched, 2 wrong usage or not a
+    survey, 130 interrupted.
 
     \b
     Examples:

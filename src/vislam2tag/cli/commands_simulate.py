@@ -84,11 +84,11 @@ class SimulateOptions:
 def simulate_command(context: typer.Context, given: SimulateOptions) -> None:
     """Simulate a raw survey, in the published layout or the phone app's.
 
-    Each session also gets a truth.csv with its true positions, which only `evaluate` reads. The same options give the
-    same files. With --site, the seed changes the walks but not the access points of the building. --later simulates a
-    second survey of the same building, for `join`.
+    Each session also gets a truth.csv with its true positions, which are never used for mapping. The same options give
+    the same files. With --site, the seed changes the walks but not the access points of the building. --later simulates
+    a second survey of the same building, for `join`.
 
-    Exit code: 0 written, 2 wrong usage, or OUT is not empty.
+    Exit code: 0 written, 2 wrong usage, or OUT is not empty, 130 interrupted.
 
     \b
     Examples:
