@@ -178,7 +178,8 @@ def test_maps_are_written_and_told(dataset: Path, tmp_path: Path) -> None:
     done = vislam2tag("radio-maps", dataset, "--out", tmp_path / "maps", "--cell", "2m", "--most", "2")
     assert done.returncode == 0, done.stderr
     assert "Radio maps" in done.stdout
-    assert "only the 2 most often received access points of each floor are mapped; --most maps more" in done.stdout
+    limit = "at most 2 access points of each floor are mapped, the most often received ones; --most maps more"
+    assert limit in done.stdout
     assert f"page: {tmp_path / 'maps' / 'index.html'}\nnext: vislam2tag train " in done.stdout
     names = sorted(path.name for path in (tmp_path / "maps").iterdir() if path.name[0] != ".")
     assert names == ["figures", "floor_0.wifi.npz", "floor_1.wifi.npz", "geotiff", "index.html", "radio_maps.json"]

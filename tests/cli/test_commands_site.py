@@ -186,7 +186,7 @@ def test_the_page_is_taken_where_only_it_has_the_shape_given_or_it_is_asked_for(
     for site in ("a", "b"):
         assert read_site(tmp_path / site)[0].floor(1).extent_m == pytest.approx((0, 42, 0, 29.7), abs=0.01)
     done = vislam2tag("site", "init", tmp_path / "c", "--plan", plan, "--width-m", "20", "--height-m", "12")
-    assert "is 1.667, nor has the page. Use" in the_error(done)
+    assert "is 1.667; the whole page does not match either. Use" in the_error(done)
 
 
 def test_part_of_an_image_is_taken(tmp_path: Path) -> None:

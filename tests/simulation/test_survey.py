@@ -108,9 +108,9 @@ def test_the_station_track_fits_the_truth(tmp_path: Path) -> None:
 
 def test_refuses_what_is_there(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("precious")
-    with pytest.raises(OutputError, match="already exists and is not empty"):
+    with pytest.raises(OutputError, match="already exists and is not an empty folder"):
         simulate(tiny(), tmp_path)
-    with pytest.raises(OutputError, match="already exists and is not empty"):
+    with pytest.raises(OutputError, match="already exists and is not an empty folder"):
         simulate(tiny(), tmp_path / "mine.txt")
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 

@@ -334,6 +334,6 @@ def _print_radio_maps(found: api.RadioMapIndex, given: RadioMapsOptions, most: i
     numbers = ("access points", "fingerprints", "noise", "median error of a map", "median share within one sigma")
     print_table("Radio maps", ("floor", "technology"), numbers, rows)
     if not given.ap and any(len(floor.access_points) == most for floor in found.floors):
-        say(f"only the {most} most often received access points of each floor are mapped; --most maps more")
+        say(f"at most {most} access points of each floor are mapped, the most often received ones; --most maps more")
     say(f"page: {given.out / PAGE_FILE}")
     next_step("radio-maps", dataset=given.dataset)

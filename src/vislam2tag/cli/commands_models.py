@@ -225,8 +225,10 @@ def locate_command(given: LocateOptions) -> None:
     if given.serve:
         _serve(given)
         return
-    if given.scans is None or given.plans is not None:
-        raise UsageError("pass SCANS, or --serve (with --plans)")
+    if given.scans is None:
+        raise UsageError("pass SCANS, or --serve")
+    if given.plans is not None:
+        raise UsageError("--plans only works with --serve; remove it")
     from vislam2tag.positioning.scan_file import JSON_SUFFIXES
 
     key, out = key_of(given.hash_bssid), given.out

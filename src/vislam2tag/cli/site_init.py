@@ -249,7 +249,7 @@ def _source(given: InitOptions, plan: Path) -> PlanSource:
         x0, y0, x1, y1, metres = given.distance
         values["distance"] = {"from": (x0, y0), "to": (x1, y1), "metres": metres} | corner
     if corner and values.keys().isdisjoint(("extent", "scale", "distance")):
-        raise UsageError("--lower-left: also pass --width-m and --height-m, --distance or --scale")
+        raise UsageError("--lower-left: also pass --width-m, --height-m, --distance or --scale")
     return _made(PlanSource, values)
 
 

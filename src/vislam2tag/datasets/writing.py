@@ -210,6 +210,11 @@ def labelled_fingerprints(
     kept, *lost = counts.row(0)
     if not kept:
         what = "fingerprint" if technology is None else f"{technology} fingerprint"
+        if lost[1]:
+            raise DatasetError(
+                f"{dataset.info.name}: no {what} has a certain position, and this format cannot store a standard "
+                "deviation; `dataset --max-sigma-m` sets the limit"
+            )
         raise DatasetError(f"{dataset.info.name}: no {what} has a position, and this format needs one")
     messages: tuple[tuple[FindingKind, str], ...] = (
         (

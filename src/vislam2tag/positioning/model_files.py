@@ -194,7 +194,7 @@ def _made(path: Path, header: ModelHeader) -> Positioner:
     if header.model not in model_names():
         if removed := removed_model(header.model):
             raise ModelError(f"{path}: {removed}. The file cannot be opened; train a new model")
-        raise ModelError(f"{stranger} model '{header.model}'; update vislam2tag")
+        raise ModelError(f"{stranger} model '{header.model}'; update vislam2tag, or install the plug-in with it")
     model = model_named(header.model)
     parameters = without_idle(header.model, header.parameters)
     unknown = sorted(parameters.keys() - model.get_params().keys())

@@ -93,9 +93,7 @@ def simulate(
     chosen = options or WritingOptions()
     check_traps(chosen.traps)
     if chosen.layout is SessionLayout.PHONE and not chosen.traps <= SITE_TRAPS.keys():
-        raise UsageError(
-            "sessions in the phone app's format cannot have traps; only traps of the site's files are possible"
-        )
+        raise UsageError(f"--trap: with --format phone, only these traps are possible: {', '.join(SITE_TRAPS)}")
     try:
         _check_empty(out)
         folder = Folder.at(out)
@@ -166,7 +164,7 @@ def _reference_points(floor: SimulatedFloor) -> FloatArray:
 
 def _check_empty(out: Path) -> None:
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out}: the folder already exists and is not empty; choose a new one or empty it")
+        raise OutputError(f"{out}: this already exists and is not an empty folder; choose a new folder or empty it")
 
 
 def _write_site(scenario: Scenario, out: Folder, options: WritingOptions) -> None:

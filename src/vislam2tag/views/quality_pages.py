@@ -211,7 +211,7 @@ def _best(floor: FloorCheck) -> Trace:
 
 
 MEANINGS = {
-    TruthKind.DENSE: "The true position at every frame, from truth.csv (a simulation or another tracking system).",
+    TruthKind.DENSE: "The true position at every frame, from a truth file (a simulation or another tracking system).",
     TruthKind.TOTAL_STATION: "A total station tracked a prism on the walker at its own rate, wherever it was visible.",
     TruthKind.CONTROL_POINTS: "The walker pressed a button at a few surveyed points of each walk. "
     "The errors include the distance of the hand from the point.",

@@ -106,7 +106,7 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatc
 @pytest.mark.parametrize(("scheduler", "file"), [(None, None), ("tcp://a:1", Path("cluster.toml"))])
 def test_one_of_scheduler_and_cluster_is_needed(scheduler: str | None, file: Path | None) -> None:
     with (
-        pytest.raises(UsageError, match="needs --scheduler ADDRESS or --cluster FILE"),
+        pytest.raises(UsageError, match="needs either --scheduler ADDRESS or --cluster FILE"),
         connected(scheduler, file, print),
     ):
         pass

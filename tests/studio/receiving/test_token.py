@@ -91,5 +91,5 @@ def test_numbers_are_never_forgotten_so_that_a_token_is_used_up() -> None:
     guard = Guard(TOKEN, max_requests=2)
     requests = [replace(REQUEST, nonce=f"{number:032x}") for number in range(3)]
     assert [guard.refusal(each, each.mac(TOKEN)) for each in requests[:2]] == [None, None]
-    assert "restart receive" in (guard.refusal(requests[2], requests[2].mac(TOKEN)) or "")
+    assert "stop receiving" in (guard.refusal(requests[2], requests[2].mac(TOKEN)) or "")
     assert "was sent before" in (guard.refusal(requests[0], requests[0].mac(TOKEN)) or "")

@@ -288,7 +288,7 @@ def test_what_cannot_be_filed_is_refused_in_one_sentence(survey: Path, tmp_path:
     with pytest.raises(RefusedZipError, match="floor_2/iPhone/walk-1 already contains another session"):
         file_zip(survey, tmp_path / "walk-1.zip", PLENTY_FOR_APPS)
     (survey / "floor_1").mkdir()
-    assert "restart receive with --floor" in refused(walk)
+    assert "receive them with vislam2tag receive --floor" in refused(walk)
 
 
 def test_wrong_places_are_told(survey: Path, tmp_path: Path) -> None:

@@ -91,8 +91,8 @@ def _coordinates(points: pl.DataFrame, known: Mapping[_Floor, Georeference]) -> 
 def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(floors))
     message = (
-        f"floors without a georeference ({named}): coordinates are metres in the building frame of each floor; after "
-        "you add a georeference to site.toml, make the data set again with `dataset --survey`"
+        f"floors without a georeference ({named}): all coordinates are metres in the frame of each floor; add a "
+        "georeference to site.toml, make the data set again with `dataset --survey`, and export again"
     )
     return finding_if(len(floors), "no_georeference", message, FILE)
 

@@ -219,7 +219,10 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
                     _copy_session(here.folder, own, session, private, lost)
         context.progress(result.session, len(opened.sessions))
     if not written:
-        raise DatasetError(f"{labels}: none of its readings has a position; report.html gives the reason")
+        raise DatasetError(
+            f"{labels}: none of its readings has a position that is certain and on the floor of its folder; "
+            "report.html gives the reason"
+        )
     if context.survey:
         left_out = (*left_out, *_copy_site(context.survey, folder, context))
     return (*left_out, *private.findings, *pooled(lost))

@@ -85,7 +85,9 @@ def _added(folder: Path, dataset: Dataset, split: Split) -> Dataset:
             _save(Folder.at(folder), dataset, split)
         return _described(folder, statistics)
     except OSError as error:
-        raise OutputError(f"{folder}: the split cannot be written ({error.strerror}); free space") from error
+        raise OutputError(
+            f"{folder}: the split cannot be written ({error.strerror}); free space or check permissions"
+        ) from error
 
 
 def _save(folder: Folder, dataset: Dataset, split: Split) -> None:

@@ -209,9 +209,9 @@ def export(
 
 def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOptions) -> None:
     """Raise for unsuitable sources and options before anything is written."""
-    given = {"split": options.split or options.fold, "survey": options.survey}
+    given = {"split": options.split, "fold": options.fold, "survey": options.survey}
     for option, value in given.items():
-        if value is not None and option not in chosen.takes:
+        if value is not None and ("split" if option == "fold" else option) not in chosen.takes:
             raise UsageError(f"--{option} does not apply to the format {chosen.name}; remove this option")
     if not source.exists():
         raise DatasetError(f"{source}: no such folder; expected a data set or an output folder of `vislam2tag process`")

@@ -137,7 +137,7 @@ class Fleet:
             table = self._snapshot(record)
             if table is not None:
                 return table
-        raise StoreError(f"{shown(self.root)}: its catalogue {record.snapshot} is missing; run fleet add again")
+        raise self._unusable(record, "missing")
 
     def change(self, rows: list[dict[str, object]]) -> FleetTotals:
         """Add rows, or replace those of the same surveys, in one step; return the new totals.
@@ -145,6 +145,7 @@ class Fleet:
         Raises StoreError if that cannot be written, or other programs keep changing it.
         """
         new = pl.DataFrame(rows, schema=CATALOGUE, orient="row")
+        missing: FleetRecord | None = None
         for _ in range(_TRIES):
             found = self._record()
             if found is None:
@@ -152,12 +153,15 @@ class Fleet:
             else:
                 record, version = found
                 snapshot = self._snapshot(record)
+                missing = record if snapshot is None else None
                 if snapshot is None:
                     continue  # another program has replaced it
                 old = snapshot
             table = pl.concat([old.join(new, on="survey", how="anti"), new]).sort("survey")
             if self._commit(table, record, version):
                 return totals_of(table)
+        if missing is not None:
+            raise self._unusable(missing, "missing")
         raise StoreError(
             f"{shown(self.root)}: other programs keep changing the catalogue; run again when they have ended"
         )
@@ -186,7 +190,8 @@ class Fleet:
             return FleetRecord.model_validate_json(found.data), found.version
         except ValidationError as error:
             raise UsageError(
-                f"{shown(self.root)}: this version of vislam2tag cannot read {FLEET_FILE}; update vislam2tag"
+                f"{shown(self.root)}/{FLEET_FILE}: the file is damaged or from a later version; update vislam2tag, or "
+                f"remove the file and run fleet add {shown(self.root)}"
             ) from error
 
     def _snapshot(self, record: FleetRecord) -> pl.DataFrame | None:
@@ -196,15 +201,15 @@ class Fleet:
         try:
             table = parquet_of_bytes(found.data).match_to_schema(CATALOGUE)
         except (OSError, pl.exceptions.PolarsError) as error:
-            raise self._damaged(record) from error
+            raise self._unusable(record, "damaged") from error
         if any(table.select(_COUNTS).null_count().row(0)):
-            raise self._damaged(record)
+            raise self._unusable(record, "damaged")
         return table
 
-    def _damaged(self, record: FleetRecord) -> StoreError:
+    def _unusable(self, record: FleetRecord, what: str) -> StoreError:
         place = shown(self.root)
         return StoreError(
-            f"{place}/{record.snapshot}: the catalogue is damaged; remove {FLEET_FILE} there and run fleet add {place}"
+            f"{place}/{record.snapshot}: the catalogue is {what}; remove {FLEET_FILE} there and run fleet add {place}"
         )
 
 

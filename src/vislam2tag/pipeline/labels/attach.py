@@ -119,7 +119,7 @@ def _session(walk: Path) -> Session:
         elif packed is not None:
             name = format_in_zip(packed.parent, packed)
     except (DatasetError, OSError) as error:
-        raise SessionError(f"{packed}: the zip is incomplete ({error}): send it again") from error
+        raise SessionError(f"{packed or walk}: cannot be read ({error}); copy or send it again") from error
     if name is None or name == UNKNOWN_FORMAT:
         raise SessionError(
             f"{walk}: not a session folder; expected survey/floor_K/DEVICE/SESSION of the walk with poses"

@@ -78,8 +78,10 @@ def _too_few(camera: CameraTrack, trajectory: Trajectory, needs: str) -> list[Fi
         return []
     visited = sorted({visit.landmark for visit in trajectory.visits})
     message = (
-        f"the walk cannot be mapped: it needs {needs}; visited within the radius: {', '.join(visited) or 'none'}. Pass "
-        "more landmarks more closely, or survey more of those seen"
+        f"the walk cannot be mapped: it needs {needs}. Tap known positions at different places during the walk"
+        if camera.without_poses
+        else f"the walk cannot be mapped: it needs {needs}; visited within the radius: {', '.join(visited) or 'none'}. "
+        "Pass more landmarks more closely, or survey more of those seen"
     )
     return [Finding(kind="too_few_landmarks", file="", count=1, severity=Severity.ERROR, message=message)]
 
@@ -156,7 +158,7 @@ def pose_lag_findings(lag_s: float | None, settings: ProcessSettings) -> list[Fi
         return []
     message = (
         f"the poses are stamped {lag_s:+.2f} s later than the gyroscope measured the same motion, which displaces "
-        f"labels along the walk; shift the camera clock by {-lag_s:.2f} s in corrections.toml, or use "
-        "--allow-for-pose-lag"
+        f"labels along the walk. Shift the camera clock by {-lag_s:.2f} s in corrections.toml, or use "
+        "--allow-for-pose-lag with the strategy smoother"
     )
     return [Finding(kind="pose_lag", file="", count=1, message=message)]

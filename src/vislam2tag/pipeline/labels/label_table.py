@@ -246,7 +246,7 @@ def _with_clocks(
             found.append(replace(walk, clock=clock))
             notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
-        raise UsageError(_nothing_tells(times, refused))
+        raise UsageError(_nothing_tells(times, refused, align))
     return found, notes
 
 
@@ -258,9 +258,14 @@ def _words(clock: ClockAlignment) -> str:
     return f"{offset} (+- {clock.sigma_s:.3f} s; {clock.figures}){rate}"
 
 
-def _nothing_tells(times: TableTimes, refused: list[str]) -> str:
+def _nothing_tells(times: TableTimes, refused: list[str], wanted: str | None) -> str:
     what = "Unix times" if times.clock is Clock.UNIX else "not within any walk"
     why = f" ({'; '.join(refused)})" if refused else ""
+    if wanted is not None:
+        return (
+            f"--by {wanted}: the offset of the table's clock is not clear{why}. Use another method, or give the offset "
+            "in seconds with --offset-s"
+        )
     return (
         f"the table's times are {what}, those of walks count from the phone's boot, and their offset is unknown{why}. "
         "Use --survey if the phone app recorded it, add columns of a gyroscope or accelerometer (gyro_x, gyro_y, "

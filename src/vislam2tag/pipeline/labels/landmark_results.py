@@ -115,7 +115,7 @@ def _session(session: ReducedSession, *, used: bool) -> SessionRow:
     elif not session.converged:
         note = "its map did not converge, because its observations contradict each other; see vislam2tag process"
     elif session.unused:
-        note = f"landmark {', '.join(session.unused)} is not used, because only other floors have it"
+        note = f"not used, because only other floors have these landmarks: {', '.join(session.unused)}"
     return SessionRow(
         **vars(session.key),
         landmarks=len(session.places),

@@ -108,7 +108,7 @@ def _of_session(
 ) -> SightingsFound:
     known = FORMATS.named(ref.format) if ref.format in FORMATS.names() else None
     if not isinstance(known, AppFormat):
-        return SightingsFound(str(ref.key), skipped="its app logs landmarks itself")
+        return SightingsFound(str(ref.key), skipped=f"pictures of the format {ref.format} cannot be searched")
     target = ref.folder / SIGHTINGS_FILE
     if target.exists() and not again:
         return SightingsFound(str(ref.key), skipped=f"{SIGHTINGS_FILE} already exists; use --replace to search again")

@@ -117,8 +117,7 @@ def refuse_together(strategy: str) -> None:
     """Raise UsageError for a strategy that does not map walks together."""
     if strategy != STRATEGY:
         raise UsageError(
-            f"--together works with the strategy {STRATEGY} only, because {strategy} uses surveyed landmarks only; "
-            "remove --together or --strategy"
+            f"--together works with the strategy {STRATEGY} only; remove --together or --strategy {strategy}"
         )
 
 

@@ -76,7 +76,7 @@ def connected(scheduler: str | None, cluster: Path | None, tell: Callable[[str],
     if the scheduler does not answer or the cluster cannot be created.
     """
     if (scheduler is None) == (cluster is None):
-        raise UsageError("--executor dask needs --scheduler ADDRESS or --cluster FILE")
+        raise UsageError("--executor dask needs either --scheduler ADDRESS or --cluster FILE")
     distributed, config = import_extra("distributed"), import_extra("dask.config")
     with config.set(_CONFIG):
         if cluster is not None:

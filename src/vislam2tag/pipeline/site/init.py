@@ -216,7 +216,7 @@ def _refuse_other_shape(path: Path, source: PlanSource, look: PlanLook) -> None:
     assert source.extent is not None
     width_m, height_m = source.extent.width_m, source.extent.height_m
     assert width_m is not None
-    page = ", nor has the page" if source.area is not None and look.building is not None else ""
+    page = "; the whole page does not match either" if source.area is not None and look.building is not None else ""
     raise UsageError(
         f"{path}: the drawing is {size[0] / size[1]:.3f} times as wide as high, but {width_m:g} m x {height_m:g} m "
         f"is {asked:.3f}{page}. Use --width-m {width_m:g} alone (the height is then "

@@ -57,6 +57,8 @@ class FloorFiles:
 def floor_of(root: Path, number: int | None) -> tuple[Site, Floor]:
     """Read the site and choose its floor, or the only one without a number; raises UsageError otherwise."""
     site, _ = read_site(root, follow_links=True)
+    if not site.floors:
+        raise UsageError(f"{root}: the site has no floor; add one with vislam2tag site init")
     if number is None:
         if len(site.floors) != 1:
             there = ", ".join(str(floor.number) for floor in site.floors)

@@ -158,7 +158,7 @@ def write_walkable(
     tell(left_out_of(findings))
     chosen = _chosen(site, numbers)
     if mask is not None and len(chosen) != 1:
-        raise UsageError("--mask: corrects one floor; name it with --floor")
+        raise UsageError("--mask corrects one floor; choose it with --floor")
     found = []
     for floor in chosen:
         space = walkable_space(floor_plan(floor), settings, floor_mask(floor, mask))

@@ -147,7 +147,7 @@ def _odd(place: tuple[int, str], pooled: PooledOffset) -> OddPoint | None:
         return None
     floor, point = place
     summary = (
-        f"control point {point} on floor {floor} is {size_m:.2f} m (usual: {sigma_m:.2f} m) from the position "
+        f"control point {point} on floor {floor} is {size_m:.2f} m (sigma {sigma_m:.2f} m) from the position "
         f"according to {sessions} sessions: measure it again"
     )
     return OddPoint(floor=floor, point=point, sessions=sessions, size_m=size_m, sigma_m=sigma_m, summary=summary)
@@ -224,7 +224,7 @@ def frame_against_walks(walks: Sequence[PointErrors]) -> list[Finding]:
     if len(places) < FEWEST_PLACES or len(contradicting) < enough:
         return []
     worst = max(contradicting, key=lambda one: abs(one.offset))
-    by = f"{abs(worst.offset):.2f} m (usual: {worst.sigma_m:.2f} m)"
+    by = f"{abs(worst.offset):.2f} m (sigma {worst.sigma_m:.2f} m)"
     message = (
         f"around ({worst.place.real:.0f}, {worst.place.imag:.0f}) the total station's track is {by} from the "
         f"position according to {worst.sessions} sessions: check the ids and coordinates of its common points"

@@ -279,7 +279,10 @@ def press_truth(reference: Trajectory, presses_ns: IntArray, floor: Floor, route
     if not len(points):
         raise SessionError(f"floor {floor.number} has no control points: add its refmarker.csv (rows x,y, metres)")
     if not len(presses_ns):
-        raise SessionError("no presses at control points were recorded: refMarker.csv is missing or empty")
+        raise SessionError(
+            "no presses at control points were recorded: refMarker.csv (ControlPoint.csv of the app) is missing or has "
+            "none"
+        )
     inside = _inside(reference, presses_ns)
     if not inside.any():
         raise SessionError(_far_off(reference, presses_ns))
@@ -396,5 +399,5 @@ def _far_off(trajectory: Trajectory, presses_ns: IntArray) -> str:
     off_s, side = max((early * 1e-9, "before it begins"), (late * 1e-9, "after it ends"))
     return (
         f"none of the {len(presses_ns)} presses is within the walk: they are {off_s:.0f} s {side}. Check that "
-        "refMarker.csv and poses.csv are of the same session and clock"
+        "presses and poses are of the same session and clock"
     )

@@ -184,7 +184,9 @@ class Receiver:
     def _check_length(self, request: Request, length: int) -> None:
         if length > self._uploads.max_bytes:
             most = f"{self._uploads.max_bytes / 1e6:,.0f} MB"
-            raise RefusalError(413, f"the session is larger than {most}; restart receive with a larger --max-size-mb")
+            raise RefusalError(
+                413, f"the session is larger than {most}; use vislam2tag receive with a larger --max-size-mb"
+            )
         if length == 0:
             raise RefusalError(400, "Upload-Length must be greater than 0")
         if int(request.headers.get("Content-Length", "0")) > MOST_PER_REQUEST:

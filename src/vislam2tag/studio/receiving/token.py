@@ -84,6 +84,9 @@ class Guard:
         if number in self._used:
             return "this request was sent before; send it again with a new number"
         if len(self._used) >= self.max_requests:
-            return f"the token is used up after {self.max_requests:,} requests; restart receive and scan the new code"
+            return (
+                f"the token is used up after {self.max_requests:,} requests; stop receiving, start it again and scan "
+                "the new code"
+            )
         self._used.add(number)
         return None

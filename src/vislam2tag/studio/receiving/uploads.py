@@ -79,7 +79,7 @@ def _file_app(root: Folder, work: Folder, recording: AppRecording, place: AppPla
     floors = _floors(root.path)
     if place.floor is None and len(floors) != 1:
         raise RefusedZipError(
-            f"recordings of {recording.format} do not contain their floor; restart receive with --floor"
+            f"recordings of {recording.format} do not contain their floor; receive them with vislam2tag receive --floor"
         )
     number = place.floor if place.floor is not None else min(floors)
     device = place.device or recording.device

@@ -107,7 +107,7 @@ def _entries(archive: zipfile.ZipFile, max_bytes: int, length: int) -> tuple[str
     if sum(info.file_size for info in files.values()) > max_bytes:
         raise RefusedZipError(
             f"the zip unpacks to more than {max_bytes / 1e6:,.0f} MB; "
-            "if that is correct, restart receive with a larger --max-size-mb"
+            "if that is correct, use vislam2tag receive with a larger --max-size-mb"
         )
     missing = {SUMS_FILE, RECORD_FILE} - files.keys()
     if missing:
