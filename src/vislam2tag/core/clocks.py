@@ -254,8 +254,8 @@ def align_by_levels(theirs: Heard, ours: Heard) -> ClockAlignment:
     best, elsewhere = best_of(offsets, -costs, _APART_S * 1e9)
     other = -elsewhere
     figures = (
-        f"{len(shared)} access points in common, with levels {costs[best]:.1f} dB apart, {other:.1f} dB at the best other "
-        "offset"
+        f"{len(shared)} access points in common, with levels {costs[best]:.1f} dB apart, {other:.1f} dB at the best "
+        "other offset"
     )
     if not np.isfinite(costs[best]) or other < _LEAST_CLEAR * costs[best]:
         return ClockAlignment(None, figures=figures)

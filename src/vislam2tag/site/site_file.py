@@ -144,8 +144,8 @@ FLOOR_FILE = "floor_dimensions.csv"
 _CONSEQUENCE = "the floors' extents are unknown and are taken from the data"
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        f"a row needs a whole floor number, and a width and height above 0 and at most {MAX_FLOOR_M:,.0f} m; these rows "
-        "are skipped: correct them"
+        f"a row needs a whole floor number, and a width and height above 0 and at most {MAX_FLOOR_M:,.0f} m; these "
+        "rows are skipped: correct them"
     ),
     "duplicate_floor": "a floor may have only one row; the first is used: remove the others",
 }
