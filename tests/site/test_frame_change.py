@@ -173,7 +173,7 @@ def test_files_that_cannot_be_changed(tmp_path: Path, text: str, message: str) -
     ("text", "message"),
     [
         ("[[floors]]\nnumber = 1\nscale = 0\n", r"\[\[floors\]\] number 1, scale: "),
-        ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 1\n", "floor 1 is given twice"),
+        ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 1\n", "floor 1 is given 2 times"),
         ("[[floors]]\nx_m = 1\n", "number: missing"),
     ],
 )

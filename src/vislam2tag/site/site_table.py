@@ -251,7 +251,7 @@ def _text_lines(path: Path) -> tuple[list[Line], list[str]]:
     """Lines of a text file with their fields, and what was guessed of it."""
     raw = read_bytes(path)
     if raw.startswith(b"PK"):
-        raise OSError(errno.EINVAL, "it is a spreadsheet (XLSX), not text: save it as CSV, or name it .xlsx", str(path))
+        raise OSError(errno.EINVAL, "it is a spreadsheet (XLSX), not text: save it as CSV", str(path))
     text, other_line = decoded(raw)
     guesses = [] if other_line is None else [f"line {other_line} {NOT_UTF8}"]
     numbered = [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
