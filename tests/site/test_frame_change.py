@@ -134,7 +134,7 @@ def test_a_rigid_change_keeps_the_middle(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ("id,x,y\n1,0,0\n9,1,1\n", "share 1 surveyed landmarks; two places are required"),
+        ("id,x,y\n1,0,0\n9,1,1\n", "share 1 surveyed landmarks; two in different places"),
         ("id,x,y\n1,5,5\n2,5,6\n", None),
         ("id,x,y\n8,5,5\n9,5,6\n", "share 0 surveyed landmarks"),
     ],
@@ -173,7 +173,7 @@ def test_files_that_cannot_be_changed(tmp_path: Path, text: str, message: str) -
     ("text", "message"),
     [
         ("[[floors]]\nnumber = 1\nscale = 0\n", r"\[\[floors\]\] number 1, scale: "),
-        ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 1\n", "floor 1 is given twice"),
+        ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 1\n", "floor 1 is given 2 times"),
         ("[[floors]]\nx_m = 1\n", "number: missing"),
     ],
 )

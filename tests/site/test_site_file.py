@@ -87,7 +87,7 @@ def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, site:
         ("", r"floors: missing"),
         ("floors = 3\n", r"\[\[floors\]\]: each entry must start with its name in double brackets"),
         ("floors = []\n", r"\[\[floors\]\]: .*at least 1"),
-        ("[[floors]]\nname = 'x'\n", r"\[\[floors\]\] number 1, number: missing; correct or remove it"),
+        ("[[floors]]\nname = 'x'\n", r"\[\[floors\]\] number 1, number: missing; add it"),
         ("[[floors]]\nnumber = 1\n[[floors]]\nnumber = 1\n", r"floor 1 is given 2 times; give each floor once"),
         (
             "[[floors]]\nnumber = 1\n[[floors]]\nnumber = 2\nwidht = 3\n",

@@ -98,7 +98,8 @@ STATUS_STYLES: dict[str, StatusStyle] = {
             "invalid",
             "#000000",
             "dot",
-            "The record cannot be used: its time runs backward, a number is not finite, or a correction excludes it.",
+            "The record cannot be used, for example because its time runs backward, a number is not finite, or a "
+            "correction excludes it.",
         ),
     )
 }

@@ -277,7 +277,7 @@ def _keyframe_rows(keyframes: Keyframes, reading: SessionFiles) -> pl.DataFrame:
     found = keyframes.of(contents)
     name = files[0].name if files else ""
     reading.files.append(FileRecord.of(name, "poses", b"".join(contents), len(files), len(found)))
-    message = "files of frames do not contain the expected pose; they are skipped: look at the first ones"
+    message = "files of frames do not contain the expected pose; they are skipped. Line numbers count these files"
     odd = [number + 1 for number in range(len(files)) if number not in found]
     reading.findings += at_lines_if("malformed_lines", name, odd, message)
     times = [(number + 1, time_ns) for number, (time_ns, _, _) in found.items()]

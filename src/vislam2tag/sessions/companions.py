@@ -68,7 +68,10 @@ def read_recording(path: Path, columns: TableColumns | None = None, zone: str | 
                 return _of_app(path, folder)
         return _of_table(path, columns, zone)
     except (UsageError, DatasetError) as error:
-        raise SessionError(str(error)) from error
+        message = str(error).replace(
+            "raise --max-unpacked-gb if that is right", "unpack it yourself and pass the folder"
+        )
+        raise SessionError(message) from error
 
 
 @contextmanager
@@ -85,7 +88,9 @@ def unpacked(path: Path) -> Iterator[Path | None]:
 
 def _of_app(path: Path, folder: Path) -> OtherRecording:
     name = format_of(folder)
-    if name is None or name == UNKNOWN_FORMAT:
+    if name == UNKNOWN_FORMAT:
+        raise SessionError(f"{path}: the folder cannot be opened; check its permissions")
+    if name is None:
         raise SessionError(
             f"{path}: contains no recording of a known app ({page_of('how-to/iphone')} lists them); "
             "pass a table of its readings as CSV"

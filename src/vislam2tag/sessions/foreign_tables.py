@@ -131,7 +131,8 @@ def _clock_and_unit(
     if clock is Clock.UNIX and unix is None:
         middle = np.median(np.abs(numbers))
         raise UsageError(
-            f"column {name}: {middle:g} is not a Unix time in {' or '.join(units)}; pass its unit with --unit"
+            f"column {name}: {middle:g} is not a Unix time in {' or '.join(units)}; correct --unit, or omit "
+            "--clock unix"
         )
     if clock is Clock.BOOT and unit is None and not inside[boot]:
         raise UsageError(

@@ -145,7 +145,10 @@ class PreparedSession:
     def refuse_without_frames(self) -> None:
         """Raise SessionError where the session has too few usable frames to be mapped at all."""
         if self.session.camera.usable.sum() < FEWEST_FRAMES:
-            raise SessionError(f"{self.session.key}: there are no usable camera frames; vislam2tag inspect reports why")
+            raise SessionError(
+                f"{self.session.key}: there are fewer than {FEWEST_FRAMES} usable camera frames; vislam2tag inspect "
+                "reports why"
+            )
 
 
 def mappable_session(task: SessionTask, *, inertial: bool = False) -> PreparedSession:

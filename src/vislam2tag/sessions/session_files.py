@@ -89,7 +89,7 @@ class SessionFiles:
                 self.note("missing_file", self.names[role][0], *MISSING[role])
             return self.names[role][0], b""
         if len(names) > 1:
-            self.note("second_file", names[1], f"{names[0]} contains the same; this file is not read")
+            self.note("second_file", names[1], f"{names[0]} is read instead; remove one of the two")
         try:
             data = read_bytes(self.folder / names[0])
         except OSError as error:

@@ -78,7 +78,7 @@ def with_fewer_landmarks(session: Session, surveyed: Collection[str]) -> Session
     kept = np.sort(order[:MAX_LANDMARKS]).tolist()
     name = next((file.name for file in session.files if file.role == "landmarks"), "")
     message = (
-        f"{name}: {len(log.ids):,} landmarks are logged, but a session may have at most {MAX_LANDMARKS:,}; surveyed "
+        f"{len(log.ids):,} landmarks are logged, but a session may have at most {MAX_LANDMARKS:,}; surveyed "
         "ones and those logged most often are used: remove those that do not exist"
     )
     left_out = len(log.ids) - len(kept)

@@ -111,8 +111,8 @@ def _without_tracker(session: Session, reading: SessionFiles, rows: pl.DataFrame
     made = without_tracker(session, fixes)
     if made is None:
         message = (
-            "there are no poses, and accelerometer or gyroscope readings are missing or too few; the session cannot be "
-            "mapped"
+            "there are no usable poses, and accelerometer or gyroscope readings are missing or too few; the session "
+            "cannot be mapped"
         )
         found = [*found, Finding(kind="no_frames", file=file, count=1, message=message, severity=Severity.ERROR)]
         made = replace(session, findings=_without_absence(session.findings))

@@ -130,7 +130,7 @@ def _instead(root: Path) -> str:
     """What a folder is that is not a survey, and what to give, where that is plain to see."""
     for parent in (root.resolve(), *root.resolve().parents[:2]):
         if _FLOOR_FOLDER.fullmatch(parent.name):
-            return f"; it is inside the folder of a floor: pass the survey's folder, {parent.parent}"
+            return f"; it is a floor's folder, or inside one: pass the survey's folder, {parent.parent}"
     if (root / "run.json").is_file():
         return "; it contains the output of another command: pass the survey that this output was made from"
     if (root / "dataset.json").is_file():
@@ -252,7 +252,7 @@ def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
     try:
         check_image(plan)
     except OSError as error:
-        message = f"the plan {error}; a metric grid is drawn instead: replace it"
+        message = f"the plan {error}: replace it; until then, a metric grid is drawn"
         return plan, [site_finding("unreadable_plan", f"{folder.name}/{plan.name}", message)]
     return plan, []
 

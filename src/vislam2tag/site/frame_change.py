@@ -80,7 +80,7 @@ class FrameChanges(Record):
     def _floors_differ(self) -> Self:
         number, count = Counter(change.number for change in self.floors).most_common(1)[0]
         if count > 1:
-            raise ValueError(f"floor {number} is given twice; give each floor once")
+            raise ValueError(f"floor {number} is given {count} times; give each floor once")
         return self
 
     @property
@@ -148,7 +148,8 @@ def _estimated(
     except ValueError as error:
         raise SurveyError(
             f"floor {number}: the old and the new site share {len(ids)} surveyed "
-            f"landmarks{', all in one place' if len(ids) > 1 else ''}; two places are required, or --by rebase.toml"
+            f"landmarks{', all in one place' if len(ids) > 1 else ''}; two in different places "
+            "are required; otherwise pass --by rebase.toml"
         ) from error
     if rigid:
         turn = similarity.a / similarity.scale

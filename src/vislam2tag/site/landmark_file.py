@@ -88,7 +88,9 @@ def read_landmark_file(
         )
         return [], [Finding(kind="missing_file", file=name, count=1, message=message)]
     except OSError as error:
-        return [], [unreadable_file(name, error, "the floor's landmarks are unknown, its sessions cannot be mapped")]
+        return [], [
+            unreadable_file(name, error, "the floor's landmarks are unknown, and its sessions cannot be mapped")
+        ]
     if (problem := table.missing_columns(LANDMARKS)) is not None:
         return [], [_no_landmarks("malformed_header", name, problem, table.header_lines)]
     landmarks, findings = landmarks_in(table, floor, default_sigma_m, taken)
@@ -161,7 +163,9 @@ def table_path(path: Path) -> Path:
 
 
 def _no_landmarks(kind: FindingKind, file: str, message: str, lines: tuple[int, ...] = ()) -> Finding:
-    return Finding(kind=kind, file=file, count=1, message=f"{message}; its sessions cannot be mapped", lines=lines)
+    return Finding(
+        kind=kind, file=file, count=1, message=f"{message}; the floor's sessions cannot be mapped", lines=lines
+    )
 
 
 def landmarks_in(

@@ -142,7 +142,7 @@ def link_findings(links: Sequence[Link]) -> list[Finding]:
         "links lead outside the survey; their files are read, but pages, exports and data sets exclude them unless "
         "you pass --follow-links"
     )
-    broken = "links lead to missing files; fetch the files, or remove the links"
+    broken = "links lead to missing files or to themselves; fetch the files, or remove the links"
     kinds: tuple[tuple[FindingKind, Severity, Sequence[Link], str], ...] = (
         ("links", Severity.INFO, links, "links are followed"),
         ("links_outside", Severity.WARNING, [link for link in links if link.outside], outside),
@@ -284,4 +284,5 @@ def survey_output(path: Path) -> Iterator[None]:
     except OSError as error:
         if error.errno == errno.ELOOP:
             raise OutputError(f"{error.filename}: {error.strerror}") from error
-        raise OutputError(f"{path}: cannot be written ({error.strerror}); check its permissions") from error
+        cure = "; check its permissions" if isinstance(error, PermissionError) else ""
+        raise OutputError(f"{path}: cannot be written ({error.strerror}){cure}") from error

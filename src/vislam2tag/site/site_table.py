@@ -172,11 +172,11 @@ class SiteTable:
         missing = [name for name in columns.needed if name not in found]
         if not missing:
             return None
+        names = list(dict.fromkeys((*columns.first, *columns.needed)))
         if any(map(is_number, self.header)):
             shown = ",".join(self.header)[:_SHOWN]
-            return f"there is no header: '{shown}' looks like data; put id,x,y or the like above it"
+            return f"there is no header: '{shown}' looks like data; put {','.join(names)} or the like above it"
         optional = [name for name in columns.names if name not in ("id", *columns.needed)]
-        names = list(dict.fromkeys((*columns.first, *columns.needed)))
         return (
             f"the first line must be: {','.join(names)} (then optional columns: {', '.join(optional)}), or such names "
             f"as a spreadsheet has ({page_of('reference/formats')}); it does not contain "
@@ -251,7 +251,7 @@ def _text_lines(path: Path) -> tuple[list[Line], list[str]]:
     """Lines of a text file with their fields, and what was guessed of it."""
     raw = read_bytes(path)
     if raw.startswith(b"PK"):
-        raise OSError(errno.EINVAL, "it is a spreadsheet (XLSX), not text: save it as CSV, or name it .xlsx", str(path))
+        raise OSError(errno.EINVAL, "it is a spreadsheet (XLSX), not text: save it as CSV", str(path))
     text, other_line = decoded(raw)
     guesses = [] if other_line is None else [f"line {other_line} {NOT_UTF8}"]
     numbered = [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
@@ -312,7 +312,11 @@ def site_finding(kind: FindingKind, file: str, message: str, severity: Severity 
 
 def unreadable_file(file: str, error: OSError, consequence: str) -> Finding:
     """Report a site file that is there but cannot be opened."""
-    message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
+    message = (
+        f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
+        if isinstance(error, PermissionError)
+        else f"cannot be read ({error.strerror}): {consequence}"
+    )
     return site_finding("unreadable_file", file, message, Severity.ERROR)
 
 

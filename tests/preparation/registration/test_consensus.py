@@ -54,7 +54,7 @@ def test_one_known_point_each_suffices_where_stations_share_others() -> None:
 
 def test_exchanged_east_and_north_are_told() -> None:
     mirrored = {name: place.conjugate() for name, place in seen("abcd").items()}
-    with pytest.raises(SurveyError, match=r"station S fits the building only mirrored .* columns are N, E"):
+    with pytest.raises(SurveyError, match=r"station S fits the building better if mirrored .* probably N, E"):
         rough_frames(POINTS, {"S": mirrored}, 0.1)
 
 

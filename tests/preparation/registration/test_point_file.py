@@ -170,7 +170,7 @@ def test_lines_keep_their_numbers_beside_blanks_and_comments(tmp_path: Path) -> 
 
 
 def test_nothing_to_read_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match=r"points\.txt: is empty"):
+    with pytest.raises(SurveyError, match=r"points\.txt: contains no rows"):
         table_of(tmp_path, b"\xef\xbb\xbf\n# nothing\n")
     with pytest.raises(SurveyError, match=r"gone\.csv: cannot be opened \(No such file"):
         read_text_table(tmp_path / "gone.csv")

@@ -83,7 +83,7 @@ def test_no_file_means_no_corrections(tmp_path: Path) -> None:
         ("[[exclude_session]]\nreason = 'all'\n", r"\[\[exclude_session\]\] number 1: .*at least one of floor"),
         ("[[exclude_span]]\nfrom_s = 5\nto_s = 5\n", "from_s must be less than to_s"),
         ("[[exclude_span]]\nfrom_s = 'x'\n", r"\[\[exclude_span\]\] number 1, from_s: .*valid number"),
-        ("[[exclude_landmark]]\n", r"number 1, id: missing; correct or remove it"),
+        ("[[exclude_landmark]]\n", r"number 1, id: missing; add it"),
         ("[[exclude_landmark]]\nid = ''\n", r"number 1, id: .*a landmark id must be a text"),
         ("[[swap_landmarks]]\nids = ['1']\n", r"ids: List should have at least 2"),
         ("[[swap_landmarks]]\nids = ['1', '1.0']\n", "two different landmarks"),

@@ -18,7 +18,7 @@ Made = TypeVar("Made", bound=BaseModel)
 
 _WORDING = {
     "extra_forbidden": "unknown name, check the spelling",
-    "missing": "missing",
+    "missing": "missing; add it",
     "tuple_type": "each entry must start with its name in double brackets",
 }
 """Our words for the mistakes that the validator describes in a programmer's."""
@@ -47,7 +47,7 @@ def first_problem(error: ValidationError) -> str:
     problem = error.errors()[0]
     wrong = _WORDING.get(problem["type"], problem["msg"].removeprefix("Value error, "))
     place = _place(problem["loc"], isinstance(problem["input"], list) or problem["type"] == "tuple_type")
-    return f"{place}{': ' if place else ''}{wrong}; correct or remove it"
+    return f"{place}{': ' if place else ''}{wrong}{'' if problem['type'] == 'missing' else '; correct or remove it'}"
 
 
 def _place(loc: Sequence[int | str], is_list: bool) -> str:

@@ -55,7 +55,9 @@ def output_errors(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise OutputError(f"{target}: cannot be written ({error.strerror}); choose another name") from error
+        raise OutputError(
+            f"{target}: cannot be written ({error.strerror}); free space or choose another place"
+        ) from error
 
 
 _LOCK, _NEW, _OLD, _REPLACED = "lock", "new", "old", "replaced"

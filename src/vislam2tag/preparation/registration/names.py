@@ -124,7 +124,8 @@ def id_findings(
     shift = _shift(placed, expected)
     if shift:
         message = (
-            f"the ids seem to be shifted: the measured landmarks are where the site has those with ids {shift:+d}; "
+            f"the ids seem to be shifted: each measured landmark is where the site has the one with the "
+            f"next {'higher' if shift > 0 else 'lower'} id; "
             "correct the names in the station's file, or the ids in marker_dict.csv"
         )
         return [_finding("shifted_ids", len(placed), message)]

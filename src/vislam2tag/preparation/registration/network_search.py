@@ -153,9 +153,9 @@ def _refuse_mirrored(onto: _Frame, moved: _Frame, direct: Agreement, tolerance_m
     mirrored = agree(moved.points, onto.points, tolerance_m, mirrored=True)
     if mirrored is not None and mirrored.agreeing >= 3 and mirrored.agreeing > direct.agreeing:
         raise SurveyError(
-            f"station {' and '.join(moved.names)} fits {' and '.join(onto.names)} only mirrored ({mirrored.agreeing} "
-            f"of {mirrored.common} points instead of {direct.agreeing}): its columns are N, E rather than E, N; name "
-            "them with --columns, such as point,N,E,H"
+            f"station {' and '.join(moved.names)} fits {' and '.join(onto.names)} better if mirrored "
+            f"({mirrored.agreeing} of {mirrored.common} points instead of {direct.agreeing}): the columns of one are "
+            "probably N, E rather than E, N; name them with --columns, such as point,N,E,H"
         )
 
 

@@ -74,7 +74,7 @@ def read_text_table(path: Path) -> TextTable:
         if line.strip() and not line.strip().startswith(COMMENTS)
     ]
     if not lines:
-        raise SurveyError(f"{path}: is empty; expected a table of points")
+        raise SurveyError(f"{path}: contains no rows; expected a table of points")
     separator = _separator([line for _, line in lines[:_LOOKED_AT]])
     rows = tuple((number, _fields(line, separator)) for number, line in lines)
     return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
@@ -96,7 +96,7 @@ def parsed(
 def _sheet(path: Path) -> TextTable:
     lines, guesses = sheet_lines(path)
     if not lines:
-        raise SurveyError(f"{path}: is empty; expected a table of points")
+        raise SurveyError(f"{path}: contains no rows; expected a table of points")
     findings = [
         Finding(kind="assumed_sheet", file=path.name, count=1, message=each, severity=Severity.INFO) for each in guesses
     ]
@@ -262,7 +262,8 @@ GREATEST_M = 1e8
 """National grids reach some ten thousand kilometres."""
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        "a row needs the name of a point and numbers for E and N (H may be empty); these rows are skipped: correct them"
+        "a row needs the name of a point and numbers for E and N (H may be empty, and a sigma must be above 0); "
+        "these rows are skipped: correct them"
     ),
     "non_finite_values": f"coordinates must be at most {GREATEST_M:g} m; these rows are skipped: correct them",
 }

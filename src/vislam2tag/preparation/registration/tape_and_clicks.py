@@ -65,8 +65,8 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
         _refuse_too_long(path, table)
         raise SurveyError(f"{path}: contains no distance; expected rows landmark,to,distance_m[,sigma_m]")
     message = (
-        f"a row needs a landmark, the other end of the distance, a distance up to {LONGEST_M:g} m, and a sigma up to "
-        f"{LARGEST_SIGMA_M:g} m if it has one; these rows are skipped: correct them"
+        f"a row needs a landmark, the other end, a distance up to {LONGEST_M:g} m, and a sigma "
+        f"above 0 and up to {LARGEST_SIGMA_M:g} m if it has one; these rows are skipped: correct them"
     )
     return found, [*table.findings, *counts.findings({"malformed_lines": message})]
 
@@ -102,8 +102,8 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
         raise SurveyError(f"{path}: contains no target; expected rows name,x,y or name,x,y,x2,y2 and then sigma_m")
     messages: dict[FindingKind, str] = {
         "malformed_lines": (
-            "a row needs a name and x,y of a point, or x,y,x2,y2 of a wall with a length above 0; these rows are "
-            "skipped: correct them"
+            "a row needs a name and x,y of a point, or x,y,x2,y2 of a wall with a length above 0; a sigma must "
+            "be above 0; these rows are skipped: correct them"
         ),
         "duplicate_targets": "a name may appear only once; the first row is used: remove the others",
     }

@@ -335,7 +335,9 @@ class GetSensorDataFormat:
         (path,) = self.input_files(ref.folder)
         data, name = read_bytes(path), path.name
         log = parse_log(data, name)
-        refused = f"{ref.key}: {name} has no accelerometer and gyroscope readings; it cannot be mapped"
+        refused = (
+            f"{ref.key}: accelerometer or gyroscope readings in {name} are missing or too few; it cannot be mapped"
+        )
         camera = track_of_log(log.tables["sensors"], None, refused)
         tables = {name: log.tables[name] for name in ("wifi", "sensors")} | {"ble": _ble_table(log.tables["ble"])}
         lines = line_count(data)

@@ -241,7 +241,7 @@ class Ilc20Format:
         """Read a trace whole; problems are findings. Raises SessionError if it has no inertial readings."""
         data, name = read_bytes(ref.folder), ref.folder.name
         trace = parse_trace(data, name)
-        refused = f"{name}: no accelerometer and gyroscope readings; such a trace cannot be mapped"
+        refused = f"{name}: accelerometer or gyroscope readings are missing or too few; the trace cannot be mapped"
         camera = track_of_log(trace.sensors, trace.taps, refused)
         findings = [*trace.findings, *wifi_findings(trace.wifi, name, settings)]
         if len(trace.taps.time_ns) < 2:

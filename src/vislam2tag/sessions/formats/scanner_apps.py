@@ -65,7 +65,9 @@ def _ios_video(folder: Path) -> Pictures | None:
     try:
         data = read_bytes(folder / "Frames.txt")
     except OSError as error:
-        raise SessionError(f"{folder / 'Frames.txt'}: the file is missing; it describes the camera's lens") from error
+        raise SessionError(
+            f"{folder / 'Frames.txt'}: cannot be read ({error.strerror}); it describes the camera's lens"
+        ) from error
     frames = _IOS_FRAMES.read(data, "Frames.txt").rows.sort("time_s")
     poses = timed(_IOS_POSES.read(read_bytes(folder / "ARposes.txt"), "ARposes.txt").rows)
     of_pose = poses.select("time_s", "time_ns").sort("time_s")

@@ -113,7 +113,8 @@ def _with_tables_corrected(
             uses.append(f"The landmarks of floor {entry.floor} are read in {entry.unit}{entry.because()}.")
         else:
             _turn(chosen, rows, entry)
-            how = "mirrored" if entry.mirrored else "turned"
+            steps = {"mirrored": entry.mirrored, "turned": entry.turn_deg != 0, "shifted": any(entry.shift_m)}
+            how = ", ".join(step for step, done in steps.items() if done) or "unchanged"
             uses.append(f"The landmarks of floor {entry.floor} are {how}{entry.because()}.")
     return chosen, tuple(uses)
 

@@ -48,7 +48,9 @@ def floor_plan(floor: Floor, side_px: int = GREATEST_PX) -> FloorPlan:
     Raises SurveyError where the floor has none, it cannot be read, has no scale, or is an image of one colour only.
     """
     if floor.plan is None:
-        raise SurveyError(f"floor {floor.number}: has no plan; add floor_{floor.number}/floorplan.jpg or a site.toml")
+        raise SurveyError(
+            f"floor {floor.number}: has no plan; add floor_{floor.number}/floorplan.jpg, or name the plan in site.toml"
+        )
     try:
         plan = read_guarded(floor.plan, _load, floor, floor.plan, side_px)
     except OSError as error:
