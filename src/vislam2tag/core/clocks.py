@@ -253,10 +253,7 @@ def align_by_levels(theirs: Heard, ours: Heard) -> ClockAlignment:
     costs = np.array([_cost(theirs, ours, shared, int(offset)) for offset in offsets])
     best, elsewhere = best_of(offsets, -costs, _APART_S * 1e9)
     other = -elsewhere
-    figures = (
-        f"{len(shared)} access points in common, with levels {costs[best]:.1f} dB apart, {other:.1f} dB at the best "
-        "other offset"
-    )
+    figures = f"{len(shared)} access points in common, levels {costs[best]:.1f} dB apart (next best: {other:.1f} dB)"
     if not np.isfinite(costs[best]) or other < _LEAST_CLEAR * costs[best]:
         return ClockAlignment(None, figures=figures)
     # Scans are seconds apart, so that a stretch of offsets pairs the same ones and fits alike.

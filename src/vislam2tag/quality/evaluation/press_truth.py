@@ -1,11 +1,9 @@
 """Label errors at control points: who pressed where, how late, and how far the label then was.
 
-The truth of a press is found once a session, from one strategy's labels (the reference), and holds for all strategies.
-Which control point each press was made at is determined by a written route (``route.csv``) and all presses of a session
-together. The presses are a hidden Markov chain over the points. A label's distance from the point pressed at is either
-small and drawn independently, or much like that of the press before: labels that are wrong stay wrong in the same way
-for a while. So a walk whose labels are all shifted still finds its points, where the nearest point would be the wrong
-one. Forward and backward recursion give each point's probability at each press (Rabiner 1989, section III).
+The truth of a press is found once per session from one strategy's labels (the reference), for all strategies. A written
+route (``route.csv``) and all presses of a session determine the control points. The presses are a hidden Markov chain
+over the points: a label's error is small and independent, or like that of the press before. Therefore a walk with
+shifted labels still finds its points. Forward and backward recursion give the probabilities (Rabiner 1989, section III).
 """
 
 from __future__ import annotations
@@ -66,10 +64,8 @@ def _index(path: Path, table: SiteTable, row: int, ids: Sequence[str]) -> int:
         found = compare_ids(ids, named, ("refmarker.csv", "the route"))
         from_one = {str(number) for number in range(1, len(ids) + 1)}
         counting = "; control points are counted from 0" if ids and from_one.issuperset(named) else ""
-        raise SurveyError(
-            f"{path}:{line}: there is no control point '{fields[0]}' on this floor: {found.text}{counting}; correct "
-            "the route"
-        )
+        what = f"there is no control point '{fields[0]}' on this floor: {found.text}{counting}"
+        raise SurveyError(f"{path}:{line}: {what}; correct the route")
     return list(ids).index(fields[0])
 
 
