@@ -3,7 +3,7 @@
 The truth of a press is found once per session from one strategy's labels (the reference), for all strategies. A written
 route (``route.csv``) and all presses of a session determine the control points. The presses are a hidden Markov chain
 over the points: a label's error is small and independent, or like that of the press before. Therefore a walk with
-shifted labels still finds its points. Forward and backward recursion give the probabilities (Rabiner 1989, section III).
+shifted labels finds its points. Forward and backward recursion give the probabilities (Rabiner 1989, section III).
 """
 
 from __future__ import annotations
