@@ -53,8 +53,8 @@ def train_command(given: TrainOptions) -> None:
     contains only numbers and text: parameters, access points, floors, error radii and a checksum.
     docs/explanation/positioning.md explains the models.
 
-    With --update, a model that keeps its fingerprints (neighbours, local-kriging) also learns DS, a later survey of the
-    building. Data of access points that are gone or moved since then are removed.
+    With --update, a model that keeps its fingerprints (weighted-knn, local-kriging) also learns DS, a later survey of
+    the building. Data of access points that are gone or moved since then are removed.
 
     Models: {models}.
 
