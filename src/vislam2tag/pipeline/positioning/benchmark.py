@@ -75,8 +75,8 @@ _CONFUSION = (
     "Rows: true floor; columns: predicted floor; percentages of the true floor's scans over all folds and seeds."
 )
 _CALIBRATION = (
-    "Left: shares of true positions within the predicted radii; the grey range counts as calibrated. Right: errors by "
-    "predicted radius; above the line they are larger than predicted. All folds and seeds."
+    "Left: shares of true positions within the predicted radii; shares in the grey ranges count as calibrated. Right: "
+    "errors by predicted radius; above the line they are larger than predicted. All folds and seeds."
 )
 _MAP = "Each scan at its true position, with a line to the predicted one (all folds, first seed)."
 

@@ -275,6 +275,6 @@ def misfit_of_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
     if not from_table:
         return "no other landmark of these walks fits without the correction"
     return (
-        f"{len(from_table)} observations in {len(walks)} walks are {np.median(from_new):.1f} m (median) from there "
-        f"and {np.median(from_table):.1f} m from the positions in the table"
+        f"{len(from_table)} observations in {len(walks)} walks are {np.median(from_new):.1f} m (median) from the "
+        f"corrected positions and {np.median(from_table):.1f} m from those in the table"
     )
