@@ -88,7 +88,7 @@ def test_usage_errors_end_with_2(
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
     assert run(monkeypatch, str(tmp_path / "full"), *SMALL) == 2
-    assert "is not empty" in capsys.readouterr().err
+    assert "is not an empty folder" in capsys.readouterr().err
 
 
 SHORT = ("--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.5")

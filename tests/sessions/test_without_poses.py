@@ -114,7 +114,7 @@ def test_without_inertial_readings_nothing_can_be_mapped(tmp_path: Path) -> None
     survey = simulated(tmp_path / "survey")
     (session_folder(survey) / "sensors.csv").unlink()
     found = {finding.kind: finding.message for finding in read(survey).findings}
-    assert "no poses, and accelerometer or gyroscope" in found["no_frames"]
+    assert "no usable poses, and accelerometer or gyroscope" in found["no_frames"]
 
 
 def test_fixes_of_a_session_with_poses_change_nothing(tmp_path: Path) -> None:

@@ -240,7 +240,7 @@ def test_what_is_missing_is_said() -> None:
     walk, floor = straight_walk(), floor_with(corridor())
     with pytest.raises(SessionError, match=r"floor 1 has no control points: add its refmarker\.csv"):
         press_truth(walk, presses(1.0), floor_with(np.empty((0, 2))))
-    with pytest.raises(SessionError, match=r"refMarker\.csv is missing or empty"):
+    with pytest.raises(SessionError, match=r"refMarker\.csv \(ControlPoint\.csv of the app\) is missing or has none"):
         press_truth(walk, presses(), floor)
     with pytest.raises(SessionError, match="none of the 2 presses is within the walk: they are 7191 s after it ends"):
         press_truth(walk, presses(7201.0, 7205.0), floor)

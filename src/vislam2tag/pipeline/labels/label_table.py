@@ -263,7 +263,7 @@ def _nothing_tells(times: TableTimes, refused: list[str], wanted: str | None) ->
     why = f" ({'; '.join(refused)})" if refused else ""
     if wanted is not None:
         return (
-            f"--by {wanted}: the offset of the table's clock is not clear{why}. Use another method, or give the offset "
+            f"--by {wanted}: the offset of the table's clock is not clear{why}. Use --survey or another method, or give the offset "
             "in seconds with --offset-s"
         )
     return (
