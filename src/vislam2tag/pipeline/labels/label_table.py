@@ -263,8 +263,8 @@ def _nothing_tells(times: TableTimes, refused: list[str], wanted: str | None) ->
     why = f" ({'; '.join(refused)})" if refused else ""
     if wanted is not None:
         return (
-            f"--by {wanted}: the offset of the table's clock is not clear{why}. Use --survey or another method, or give the offset "
-            "in seconds with --offset-s"
+            f"--by {wanted}: the offset of the table's clock is not clear{why}. Use --survey or another method, or "
+            "give the offset in seconds with --offset-s"
         )
     return (
         f"the table's times are {what}, those of walks count from the phone's boot, and their offset is unknown{why}. "
