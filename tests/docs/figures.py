@@ -146,14 +146,14 @@ def digest(part: Path) -> str:
 
 
 class _WordsRemoved(ast.NodeTransformer):
-    """Removes docstrings and texts of several words; of a formatted text the values remain, in any order."""
+    """Removes docstrings and texts of several words, also those with values."""
 
     def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
         return None if isinstance(node.value, ast.Constant) else self.generic_visit(node)
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
-        values = sorted(ast.unparse(part.value) for part in node.values if isinstance(part, ast.FormattedValue))
-        return ast.Constant("".join(values))
+        texts = (part.value for part in node.values if isinstance(part, ast.Constant))
+        return ast.Constant("") if any(re.search(r"\s", str(text)) for text in texts) else node
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
         return ast.Constant("") if isinstance(node.value, str) and re.search(r"\s", node.value) else node
