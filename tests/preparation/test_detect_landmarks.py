@@ -61,7 +61,7 @@ def test_tags_in_a_video_map_the_walk(tagged: Path, tmp_path: Path) -> None:
     (found,) = json.loads(done.stdout)
     assert set(found["landmarks"]) == {str(n) for n in range(8)}
     assert (
-        "sightings.csv is there" in json.loads(vislam2tag("sightings", tagged, *options, "--json").stdout)[0]["skipped"]
+        "sightings.csv already exists" in json.loads(vislam2tag("sightings", tagged, *options, "--json").stdout)[0]["skipped"]
     )
     assert {path: path.read_bytes() for path in before} == before, "the recording stays as it is"
     assert vislam2tag("process", tagged, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0

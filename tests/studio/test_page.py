@@ -350,7 +350,7 @@ def follows_what_others_change(page: Page, corrections: Path) -> None:
     theirs = '# theirs\n[[exclude_session]]\nsession = "nobody\'s"\n'
     corrections.write_text(theirs)
     save.click()
-    expect(page.get_by_role("alert")).to_contain_text("was changed meanwhile", timeout=LATEST_MS)
+    expect(page.get_by_role("alert")).to_contain_text("was changed by someone else", timeout=LATEST_MS)
     assert corrections.read_text() == theirs
     page.get_by_role("button", name="Close").last.click()
     page.get_by_role("tab", name="Corrections").click()

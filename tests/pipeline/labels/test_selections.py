@@ -138,7 +138,7 @@ def test_a_record_of_all_sessions_is_not_replaced_by_one_of_some(survey: Path, t
     assert vislam2tag(command, *options, "--floor", "0").returncode == 0
     before = bytes_of(out)
     error = the_error(vislam2tag(command, *options, "--floor", "1"))
-    assert "contains results of floor_0." in error
+    assert "would remove the results of floor_0." in error
     assert "run without --floor and --device, or choose another --out" in error
     assert bytes_of(out) == before
     assert vislam2tag(command, *options).returncode == 1  # a session on floor 1 passes too few landmarks
