@@ -60,9 +60,8 @@ def test_tags_in_a_video_map_the_walk(tagged: Path, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     (found,) = json.loads(done.stdout)
     assert set(found["landmarks"]) == {str(n) for n in range(8)}
-    assert (
-        "sightings.csv already exists" in json.loads(vislam2tag("sightings", tagged, *options, "--json").stdout)[0]["skipped"]
-    )
+    (again,) = json.loads(vislam2tag("sightings", tagged, *options, "--json").stdout)
+    assert "sightings.csv already exists" in again["skipped"]
     assert {path: path.read_bytes() for path in before} == before, "the recording stays as it is"
     assert vislam2tag("process", tagged, "--out", tmp_path / "labels", "--jobs", "1").returncode == 0
     errors = errors_m(tmp_path / "labels")
