@@ -251,8 +251,8 @@ def test_a_browser_hands_a_zip_over_by_hand(tmp_path: Path, token_from: str) -> 
             assert page.get_attribute("#app", "href") == f"vislam2tag://{computer.host}/#{computer.token}"
         page.set_input_files("#file", tmp_path / "session.zip")
         page.click("#send")
-        page.locator("#told", has_text="Done").wait_for(timeout=30_000)
-        assert page.text_content("#told") == f"Done: {PLACE}"
+        page.locator("#state", has_text="Done").wait_for(timeout=30_000)
+        assert page.text_content("#state") == f"Done: {PLACE}"
     assert [problem for problem in problems if "favicon" not in problem and "404" not in problem] == []
     assert (survey / PLACE / "Sensors.csv").is_file()
 

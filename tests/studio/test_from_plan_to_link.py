@@ -275,7 +275,7 @@ def hand_over(collecting: dict[str, Any], data: bytes) -> httpx.Response:
 def corrects_the_swapped_landmarks(page: Page, ids: set[str]) -> None:
     open_tab(page, "Diagnose", click)
     card = page.locator(".cards > li[data-kind=swapped]")
-    expect(card).to_contain_text("in each other's place")
+    expect(card).to_contain_text("are interchanged")
     card.get_by_role("button", name="Correct").click()
     expect(card).to_have_count(0)
     idle(page)

@@ -48,7 +48,7 @@ def test_two_clicks_and_a_distance_give_the_command_that_makes_the_site(
     note_problems(page, problems)
     page.goto((tmp_path / "scale.html").as_uri())
     click(page, *first)
-    assert page.inner_text("#state") == "1 of the distance's points to click"
+    assert page.inner_text("#state") == "Points left to click: 1"
     click(page, *second)
     assert page.inner_text("#state") == "Now type the distance"
     page.fill("#metres", "20,0")
