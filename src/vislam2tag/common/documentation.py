@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-from importlib.resources import files
 from pathlib import Path
 
 import vislam2tag
@@ -48,6 +47,8 @@ def offline_page(name: str) -> Path:
 
 def _pages() -> tuple[Path, str]:
     """The folder with all pages, and the suffix of their files."""
+    from importlib.resources import files  # only `docs` needs it, and every command loads this module
+
     try:
         return Path(str(files("vislam2tag_docs") / "site")), ".html"
     except ModuleNotFoundError:
