@@ -19,7 +19,7 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 from typing import TypedDict
@@ -120,22 +120,16 @@ def measure(name: str, command: str) -> None:
     words = [sys.executable if word == "python" else word for word in shlex.split(made_by)]
     done = subprocess.run(words, cwd=ROOT, check=True, stdout=subprocess.PIPE, encoding="utf-8")
     print(done.stdout)
-    write(name, made_by, commit, before["data"] if before else "", before["depends_on"] if before else (), done.stdout)
-
-
-def write(name: str, made_by: str, commit: str, data: str, depends_on: Iterable[str], printed: str) -> None:
-    """Write the figures of what a command printed."""
     result = Result(
         made_by=made_by,
         version=__version__,
         commit=commit,
         date=datetime.datetime.now(datetime.UTC).date().isoformat(),
-        data=data,
-        depends_on={part: digest(ROOT / part) for part in depends_on},
-        figures=figures_in(printed),
+        data=before["data"] if before else "",
+        depends_on={part: digest(ROOT / part) for part in before["depends_on"]} if before else {},
+        figures=figures_in(done.stdout),
     )
-    text = json.dumps(result, indent=1, ensure_ascii=False) + "\n"
-    (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
+    path.write_text(json.dumps(result, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def digest(part: Path) -> str:
