@@ -161,6 +161,7 @@ def sources() -> list[Path]:
         "src/**/*.toml",
         "src/vislam2tag/views/templates/*",
         "src/vislam2tag/pipeline/positioning/page/*.html",
+        "src/vislam2tag/studio/receiving/*.html",
         "src/vislam2tag/pipeline/positioning/page/*.js",
         "studio/src/words/en.ts",
         "studio/src/**/*.svelte",
