@@ -210,6 +210,6 @@ def _print(scenario: api.Scenario, out: Path) -> None:
     floors, walks = len(scenario.building.floors), len(scenario.sessions)
     say(
         f"{out}: {walks} walk{'' if walks == 1 else 's'} on {floors} floor{'' if floors == 1 else 's'}; each "
-        "session's truth.csv contains its true positions, which only evaluate reads"
+        "session's truth.csv contains its true positions, which mapping never uses"
     )
     next_step("simulate", survey=out)
