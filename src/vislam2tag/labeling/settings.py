@@ -37,7 +37,7 @@ class LabelSettings(FiniteRecord):
     """
 
     max_sigma_without_poses_m: float = Field(default=2.0, gt=0, allow_inf_nan=True)
-    """The same for sessions without poses, whose positions are never as sure, metres."""
+    """Limit of sigma for sessions without poses, whose positions are less certain, metres."""
 
     def for_session(self, *, without_poses: bool) -> LabelSettings:
         """The settings with the limit of sigma for a session."""
@@ -53,13 +53,16 @@ class TruthSettings(FiniteRecord):
     """How exactly true positions are known that labels are compared with, if they do not contain it themselves."""
 
     press_sigma_s: float = Field(default=0.35, ge=0)
-    """How early or late a press at a control point is, seconds: the way walked meanwhile is the truth's own error."""
+    """Standard deviation of the time of a press at a control point, seconds. The distance walked in this time is the
+    error of the truth.
+    """
     press_sigma_m: float = Field(default=0.26, ge=0)
-    """How far from the point the phone is held when its holder passes it, metres along each axis."""
+    """Standard deviation per axis of the phone's distance from the control point at a press, metres."""
     station_sigma_m: float = Field(default=0.02, ge=0)
-    """A total station's track in the building, metres along each axis; its clock and its prism come on top."""
+    """Standard deviation per axis of a total station's track, metres, without the errors of its clock and prism."""
     file_sigma_m: float = Field(default=0.0, ge=0)
-    """A truth file that has no ``sigma_m`` of its own, metres along each axis; 0: the simulator's, which is exact."""
+    """Standard deviation per axis of a truth file without ``sigma_m``, metres. The truth of the simulator is exact: 0.
+    """
 
 
 USUAL_TRUTH = TruthSettings()
@@ -71,8 +74,8 @@ class ProcessSettings(FiniteRecord):
     strategy: str = "smoother"
     """Name of the mapping strategy."""
     together: bool = False
-    """Whether walks share landmark priors, where they led and what they heard there, instead of being
-    mapped alone."""
+    """Map the walks of a floor together: they share landmark priors, radio constraints and the noise of their device.
+    """
     survey: SurveySettings = SurveySettings()
     findings: FindingSettings = FindingSettings()
     mapping: MappingSettings = MappingSettings()
@@ -85,5 +88,5 @@ class ProcessSettings(FiniteRecord):
         return self.strategy == WITHOUT_TRACKER
 
     def of_labels(self) -> dict[str, Any]:
-        """As JSON holds them, without those that a class made of this one adds: kept with results."""
+        """Settings as JSON, without those of a derived class: kept with results."""
         return self.model_dump(mode="json", include=set(ProcessSettings.model_fields))

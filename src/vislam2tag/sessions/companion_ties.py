@@ -33,7 +33,7 @@ class TableColumns(FiniteRecord):
 
 
 class Tie(FiniteRecord):
-    """What ``companions/NAME.json`` holds."""
+    """Content of ``companions/NAME.json``."""
 
     recording: str
     """Path of the recording, from the session's folder where it is within the survey, else from the root."""

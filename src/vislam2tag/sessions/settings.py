@@ -11,8 +11,8 @@ class FindingSettings(FiniteRecord):
     """When something odd in a session is worth a finding."""
 
     frame_gap_s: float = Field(default=1.0, gt=0)
-    """A hole between neighbouring frames longer than this is a ``frame_gap``, seconds."""
+    """A longer time between two successive frames is a ``frame_gap``, seconds."""
     scan_interval_s: float = Field(default=20.0, gt=0)
-    """A median time between Wi-Fi scans above this is ``scan_throttling`` (Android allows 4 scans in 2 minutes)."""
+    """A longer median time between Wi-Fi scans is ``scan_throttling``, seconds. Android allows 4 scans in 2 minutes."""
     pose_lag_s: float = Field(default=0.1, gt=0)
-    """Poses stamped later than the gyroscope says by more than this are a ``pose_lag``, seconds."""
+    """A larger difference between the time stamps of poses and gyroscope is a ``pose_lag``, seconds."""

@@ -12,11 +12,11 @@ from vislam2tag.preparation.sheets.settings import SHEET_SIZES, SheetSize
 
 Angle = Annotated[float, Field(gt=0.1, lt=3.0)]
 FILLED = 0.25
-"""A sheet is recognised at first where its image fills this share of the picture (ARCore)."""
+"""Share of the picture that an image must fill to be recognised at first (ARCore)."""
 ASIDE_M = 0.75
-"""Who passes a sheet holds the phone this far from the middle of the way without a detour, metres ..."""
+"""Distance of the phone from the middle of the way when passing a sheet without a detour, metres ..."""
 DETOUR_M = 3.6
-"""... and this far at most, where the largest sheet asks for it: that is half of the widest corridor, metres."""
+"""... and at most, if the largest sheet requires it: half of the widest corridor, metres."""
 
 
 class CameraSettings(SettingsRecord):
@@ -24,13 +24,15 @@ class CameraSettings(SettingsRecord):
 
     removed = frozenset(("aside_m", "detour_m", "filled"))
     field_of_view_rad: tuple[Angle, Angle] = (1.1694, 0.925)
-    """Along the longer and the shorter side of the picture: a lens of 26 mm equivalent, 67 x 53 degrees."""
+    """Angles of view along the longer and the shorter side of the picture, rad. The default is a 26 mm equivalent lens,
+    67 x 53 degrees.
+    """
     nearest_m: float = Field(default=0.3, gt=0)
-    """No one holds the phone closer to a wall than this in passing, metres."""
+    """Smallest distance of the phone from a wall in passing, metres."""
     range_m: float = Field(default=3.0, gt=0)
-    """Further off a sheet is not seen while one walks, metres."""
+    """Largest distance at which a sheet is recognised in passing, metres."""
     angle_rad: float = Field(default=1.05, gt=0, lt=1.57)
-    """Nor from a larger angle to its normal than this, rad."""
+    """Largest angle to the sheet's normal at which it is recognised in passing, rad."""
 
     def fill_distance_m(self, size: SheetSize) -> float:
         """Distance from which the square image of a sheet just fills its share of the picture, metres."""
@@ -57,30 +59,34 @@ class PlanSettings(SettingsRecord):
 
     removed = frozenset(("flat_m", "gap", "margin_m", "nodes", "off_turn_m"))
     spacing_m: float = Field(default=15.0, ge=2, le=1000)
-    """No walk leads further than this without passing a landmark, metres."""
+    """Largest distance of a walk without a landmark, metres."""
     short_m: float = Field(default=3.0, ge=0)
-    """Turns closer to each other than this count as one: no landmark is asked for between them, metres."""
+    """Turns within this distance count as one and need no landmark between them, metres."""
     turn_rad: float = Field(default=0.6, gt=0, lt=3.14)
-    """A way that changes its direction by more than this makes a critical turn, rad."""
+    """A larger change of direction is a critical turn, rad."""
     rooms: bool = False
-    """Whether rooms are ways like others; else they are looked into and left again."""
+    """Whether walks through rooms need landmarks as corridors do. Otherwise a walk only enters a room and leaves it
+    again.
+    """
     sheets: tuple[str, ...] = Field(default=("A4", "A3"), min_length=1)
-    """Sizes of paper to choose from."""
+    """Allowed paper sizes."""
     camera: CameraSettings = CameraSettings()
     step_m: float = Field(default=1.0, ge=0.1)
-    """Places are tried this densely along the ways, metres."""
+    """Distance between candidate places for landmarks, metres."""
     visible_m: float = Field(default=2.0, ge=0)
-    """A sheet is in view over at least this much of the way, metres."""
+    """Smallest length of the way on which a sheet is in view, metres."""
     height_m: float = Field(default=1.4, gt=0)
-    """Height of a sheet's middle above the floor, metres."""
+    """Height of the centre of a sheet above the floor, metres."""
     survey_sigma_m: float = Field(default=0.02, gt=0)
-    """How well the landmarks will be surveyed, per axis, metres: what the prediction assumes."""
+    """Standard deviation per axis with which the landmarks will be surveyed, metres. The predicted label error depends
+    on it.
+    """
     speed_m_s: float = Field(default=1.0, gt=0)
     """Walking speed of the tour."""
     further: int = Field(default=3, ge=0)
-    """So many further landmarks are proposed, with what each would gain."""
+    """Number of additional landmarks to propose, with the gain of each."""
     time_limit_s: float = Field(default=120.0, gt=0)
-    """The search ends after this time for each floor, seconds."""
+    """Time limit of the search on each floor, seconds."""
 
     @property
     def niche_m(self) -> float:

@@ -15,17 +15,17 @@ class RegistrationSettings(SettingsRecord):
 
     removed = frozenset(("click_px", "false_alarm", "least_sigma_m", "prior_freedom"))
     shot_sigma_m: float = Field(default=0.003, gt=0)
-    """One shot of a total station, pointing included."""
+    """Standard deviation of a total-station shot per axis, metres, with pointing."""
     height_sigma_m: float = Field(default=0.005, gt=0)
-    """Height of one shot."""
+    """Standard deviation of the height of a shot, metres."""
     control_sigma_m: float = Field(default=0.005, gt=0)
-    """A known point whose file gives no sigma."""
+    """Standard deviation of a known point whose file gives none, metres."""
     tape_sigma_m: float = Field(default=0.02, gt=0)
-    """One distance by tape, its slope and sag included."""
+    """Standard deviation of a tape distance, metres, with slope and sag."""
     target_sigma_m: float = Field(default=0.03, gt=0)
-    """A wall or corner that tape distances lead to and whose file gives no sigma: as drawn against as built."""
+    """Standard deviation of a wall or corner for tape distances whose file gives none, metres."""
     plan_sigma_m: float = Field(default=0.1, gt=0)
-    """A plan against the building."""
+    """Standard deviation of a point on the plan, metres."""
 
 
 INTERCHANGED: FindingKind = "interchanged_landmarks"

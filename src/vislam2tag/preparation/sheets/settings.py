@@ -14,11 +14,11 @@ class SheetSettings(FiniteRecord):
     """Paper and image of landmarks that are printed (docs/how-to/sheets.md)."""
 
     paper: str = "A4"
-    """Size of the paper of landmarks whose file names no sheet: A4, Letter, A3, A2, A1 or A0."""
+    """Paper for landmarks whose file names none: A4, Letter, A3, A2, A1 or A0."""
     width_m: float | None = Field(default=None, ge=0.01)
-    """Width of images whose file names none, metres; if not given, as wide as fits on the paper."""
+    """Width of images whose file gives none, metres. Without a value, as wide as the paper allows."""
     seed: int = 0
-    """Another seed, another set of images."""
+    """Seed of the images. Another seed gives other images."""
 
 
 QUIET_M = 0.010
