@@ -46,8 +46,11 @@ def test_a_second_plan_needs_no_landmark_and_sheets_warn_of_other_paper(site: Pa
     )
     assert f"next: vislam2tag sheets {copied} --out sheets" in done.stdout
     assert "were added" not in done.stdout
-    done = vislam2tag("sheets", copied, "--paper", "A3", "--ids", "1-2", "--out", tmp_path / "sheets")
-    assert "warning: --paper A3 was not used for 2 landmarks, whose paper is A4 in the landmark table" in done.stdout
+    sheets = ("sheets", copied, "--paper", "A3", "--ids", "1-2", "--out", tmp_path / "sheets")
+    done = vislam2tag(*sheets)
+    warning = "warning: --paper A3 was not used for 2 landmarks, whose paper is A4 in the landmark table"
+    assert warning in done.stdout
+    assert warning in vislam2tag(*sheets, "--json").stderr
     assert f"then: vislam2tag register {copied} --click clicks.html" in done.stdout
 
 

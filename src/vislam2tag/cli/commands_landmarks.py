@@ -193,6 +193,7 @@ def sheets_command(given: SheetsOptions) -> None:
     wanted = api.SheetOptions(given.site, given.ids, given.images, given.tag, settings_from(given).sheets)
     with interrupted_with(f"no sheet was written to {given.out}"), session_bar("images and pages") as bar:
         found = api.sheets(wanted, given.out, bar.count)
+    _warn_of_other_paper(found, given)
     answer(found, given.json, lambda: _print_sheets(found, given))
 
 
@@ -206,22 +207,22 @@ def _print_sheets(found: api.SheetsRecord, given: SheetsOptions) -> None:
     for finding in found.findings:
         where = f"{finding.file}: " if finding.file else ""
         say(f"{finding.severity}: {where}{finding.message}")
-    _warn_of_other_paper(found, given.paper)
     say(f"for the phone: {out / IMAGE_FOLDER}")
     site = given.site if given.site is not None and given.site.is_dir() else "SITE"
     next_step("sheets", pdf=out / PDF_FILE, site=site)
 
 
-def _warn_of_other_paper(found: api.SheetsRecord, paper: str | None) -> None:
+def _warn_of_other_paper(found: api.SheetsRecord, given: SheetsOptions) -> None:
     """Warn if the landmark table names another paper than the option, which is for landmarks without one."""
     from vislam2tag.preparation.sheets.settings import sheet_size
 
+    paper = given.paper
     if paper is None:
         return
     for other, count in Counter(page.sheet for page in found.pages).items():
         if other != sheet_size(paper).name:
             ones = f"{count} landmark, whose paper is" if count == 1 else f"{count} landmarks, whose paper is"
-            say(f"warning: --paper {paper} was not used for {ones} {other} in the landmark table")
+            say(f"warning: --paper {paper} was not used for {ones} {other} in the landmark table", err=given.json)
 
 
 def _print_sizes(found: api.SheetsRecord) -> None:
