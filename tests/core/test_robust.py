@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.robust import iterate, variance_factor
 
 
@@ -16,15 +17,66 @@ def halved(value: float, _number: int) -> float:
     return value / 2
 
 
-def test_it_ends_at_the_first_round_that_moves_less_than_the_tolerance() -> None:
+def test_it_ends_at_the_first_round_that_leaves_less_than_the_tolerance() -> None:
     done = iterate("it", 1.0, halved, moved, tolerance=0.1, most_rounds=50)
-    assert (done.state, done.rounds, done.moved, done.converged) == (0.0625, 4, 0.0625, True)
+    assert (done.state, done.rounds, done.remaining, done.converged) == (0.0625, 4, 0.0625, True)
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.5, 0.9, 0.99, 0.999])
+def test_however_slow_it_ends_within_the_tolerance_of_the_limit(rate: float) -> None:
+    done = iterate("it", 1.0, lambda value, _: rate * value, moved, tolerance=0.01, most_rounds=20_000)
+    assert done.converged
+    assert done.state <= 1.01 * done.remaining < 0.0101
+
+
+def test_small_steps_that_grow_are_not_the_end() -> None:
+    done = iterate("it", 1e-6, lambda value, _: 1.1 * value, moved, tolerance=0.01, most_rounds=30)
+    assert not done.converged
+    assert done.remaining == np.inf
+
+
+def test_numbers_as_small_as_rounding_are_the_limit() -> None:
+    done = iterate("it", 1.0, lambda value, number: value + 1e-15 * (-1) ** number, moved, tolerance=0.1, most_rounds=9)
+    assert done.converged
 
 
 def test_it_says_that_it_has_not_converged(caplog: pytest.LogCaptureFixture) -> None:
-    done = iterate("it", 1.0, lambda value, _: -value, moved, tolerance=0.1, most_rounds=7)
-    assert (done.state, done.rounds, done.moved, done.converged) == (-1.0, 7, 2.0, False)
-    assert caplog.messages == ["it did not converge: after 7 iterations it still changes by 2"]
+    done = iterate("it", 1.0, lambda value, _: 0.9 * value, moved, tolerance=0.1, most_rounds=7)
+    assert (done.rounds, done.converged) == (7, False)
+    assert done.remaining == pytest.approx(done.state)
+    assert caplog.messages == ["it did not converge: 7 iterations ended about 0.48 from the limit"]
+
+
+SLOW_AND_FAST = np.array((0.97, 0.5))
+
+
+def shrunk(value: FloatArray, _number: int, times: float = 1.0) -> FloatArray:
+    return np.asarray(value + times * (SLOW_AND_FAST - 1) * value)
+
+
+def difference(before: FloatArray, after: FloatArray) -> FloatArray:
+    return after - before
+
+
+def test_long_steps_reach_the_same_limit_in_a_third_of_the_rounds() -> None:
+    start = np.ones(2)
+    short = iterate("it", start, shrunk, difference, tolerance=0.01, most_rounds=900)
+    long = iterate("it", start, shrunk, difference, tolerance=0.01, most_rounds=900, long_step=shrunk)
+    assert short.converged
+    assert long.converged
+    assert np.abs(long.state).max() < 0.02
+    assert long.rounds < short.rounds / 3
+
+
+def test_long_steps_end_where_short_ones_end_and_not_at_the_saddle_between() -> None:
+    """Steps of ``x - x^3`` lead from 0, which is unstable, to 1; Newton's method from here would end at 0."""
+
+    def step(value: float, _number: int, times: float = 1.0) -> float:
+        return value + times * 0.1 * (value - value**3)
+
+    done = iterate("it", 0.01, step, moved, tolerance=0.01, most_rounds=900, long_step=step)
+    assert done.converged
+    assert done.state == pytest.approx(1, abs=0.02)
 
 
 def test_rounds_are_numbered_from_one_and_the_least_are_done() -> None:

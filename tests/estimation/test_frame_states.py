@@ -71,7 +71,7 @@ def test_a_bridged_state_is_that_of_a_further_node(stretch: int, share: float, m
     np.testing.assert_allclose(knots.state[at], solution.state[stretch + 1], atol=1e-6)
     spread = np.sqrt(np.diag(solution.covariance[stretch + 1]))
     np.testing.assert_allclose(
-        knots.covariance[at] / np.outer(spread, spread),
+        knots.covariance()[at] / np.outer(spread, spread),
         solution.covariance[stretch + 1] / np.outer(spread, spread),
         atol=1e-4,
     )
@@ -87,7 +87,7 @@ def test_at_the_nodes_states_and_covariances_are_the_solutions() -> None:
     at = np.searchsorted(knots.at, model.observations.nodes)
     np.testing.assert_array_equal(knots.at[at], model.observations.nodes)
     np.testing.assert_allclose(knots.state[at], solution.state, atol=1e-6)
-    np.testing.assert_allclose(knots.covariance[at], solution.covariance, atol=1e-5)
+    np.testing.assert_allclose(knots.covariance()[at], solution.covariance, atol=1e-5)
 
 
 def test_between_two_passes_the_walk_is_least_certain_in_the_middle() -> None:
@@ -97,16 +97,16 @@ def test_between_two_passes_the_walk_is_least_certain_in_the_middle() -> None:
     variance_factors = VarianceFactors.even(replace(USUAL, sighting_m=0.005), 4, 4)
     linear = LinearWalk(model, priors, variance_factors)
     knots = states_between_nodes(linear, solve(linear.normal_equations()))
-    sigma = np.sqrt(np.trace(knots.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
+    sigma = np.sqrt(np.trace(knots.covariance()[:, :2, :2], axis1=1, axis2=2) / 2)
     _, first, second, third, _, _ = np.searchsorted(knots.at, model.observations.nodes)
     for start, stop in ((first, second), (second, third)):
         peak = start + int(np.argmax(sigma[start:stop]))
         assert start + 0.3 * (stop - start) < peak < start + 0.7 * (stop - start)
         assert sigma[peak] > 1.1 * max(sigma[start], sigma[stop])
-    assert np.linalg.eigvalsh(knots.covariance).min() > 0
+    assert np.linalg.eigvalsh(knots.covariance()).min() > 0
 
 
-def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_pause_does_not_smear_over_the_frames_before_it() -> None:
     walk = loops(5, LIVELY, marks=4, laps=1)
     first_of_knot = np.flatnonzero(np.diff(np.floor(walk.time_s / KNOT_S)) > 0) + 1
     last = int(first_of_knot[len(first_of_knot) // 3]) + 1  # no knot but for the pause after it
@@ -119,15 +119,14 @@ def test_a_pause_does_not_smear_over_the_frames_before_it(monkeypatch: pytest.Mo
     variance_factors = VarianceFactors.even(LIVELY, 4, 4)
     solution = solve(LinearWalk(model, priors, variance_factors).normal_equations())
     usual = states_between_nodes(LinearWalk(model, priors, variance_factors), solution)
-    monkeypatch.setattr(bridge, "KNOT_S", 1e-3)  # every frame is a knot
-    dense = states_between_nodes(LinearWalk(model, priors, variance_factors), solution)
+    dense = states_between_nodes(LinearWalk(model, priors, variance_factors), solution, 1e-3)  # every frame is a knot
     assert last not in model.observations.nodes
     assert len(usual.at) < len(dense.at) == len(late)
-    sigma = np.sqrt(np.trace(dense.covariance[:, :2, :2], axis1=1, axis2=2) / 2)
+    sigma = np.sqrt(np.trace(dense.covariance()[:, :2, :2], axis1=1, axis2=2) / 2)
     assert abs(sigma[last + 1] - sigma[last]) > 0.05
     near = slice(last - 2, last + 3)
-    covariance = usual.at_frames(usual.covariance, len(late))[near]
-    np.testing.assert_allclose(covariance, dense.covariance[near], atol=1e-3)
+    covariance = usual.at_frames(usual.covariance(), len(late))[near]
+    np.testing.assert_allclose(covariance, dense.covariance()[near], atol=1e-3)
     np.testing.assert_allclose(usual.at_frames(usual.state, len(late))[near], dense.state[near], atol=1e-2)
 
 
@@ -138,9 +137,9 @@ def test_values_at_knots_are_met_at_their_frames() -> None:
     variance_factors = VarianceFactors.even(USUAL, 4, 4)
     linear = LinearWalk(model, priors, variance_factors)
     knots = states_between_nodes(linear, solve(linear.normal_equations()))
-    every = knots.at_frames(knots.covariance, len(walk.truth))
+    every = knots.at_frames(knots.covariance(), len(walk.truth))
     assert every.shape == (len(walk.truth), 4, 4)
-    np.testing.assert_allclose(every[knots.at], knots.covariance)
+    np.testing.assert_allclose(every[knots.at], knots.covariance())
     assert knots.at[0] == 0
     assert knots.at[-1] == len(walk.truth) - 1
 

@@ -26,9 +26,9 @@ from vislam2tag.estimation.tracker_errors import (
     STEP,
     STEP_OBSERVATIONS,
     USUAL,
+    DriftAlong,
     DriftKind,
     NoiseLevels,
-    PathDriftSums,
     noise_of_other_walks,
     transitions,
 )
@@ -140,7 +140,7 @@ def test_running_sums_are_the_sums_of_every_steps_share(
     b = data.draw(st.integers(a, n - 1))
     shares = [response(kind, path[b] - path[i + 1]) for i in range(a, b)]
     total = sum((variance[a + k] * share @ share.T for k, share in enumerate(shares)), np.zeros((STATES, STATES)))
-    ours = PathDriftSums.along(kind, path, variance).between(np.array([a]), np.array([b]))[0]
+    ours = DriftAlong(path).sums(kind, variance).between(np.array([a]), np.array([b]))[0]
     np.testing.assert_allclose(ours, total, atol=1e-9 * (1 + np.abs(total).max()))
 
 
@@ -149,7 +149,7 @@ def test_drift_over_two_stretches_is_that_of_the_whole(seed: int, ends: tuple[in
     path, variance = wiggly(seed, 20)
     a, b, c = (np.array([end]) for end in sorted(ends))
     for kind in DriftKind:
-        drift = PathDriftSums.along(kind, path, variance)
+        drift = DriftAlong(path).sums(kind, variance)
         transition = transitions(path, b, c)
         joined = transition @ drift.between(a, b) @ transition.transpose(0, 2, 1) + drift.between(b, c)
         np.testing.assert_allclose(drift.between(a, c), joined, atol=1e-8)
@@ -162,9 +162,7 @@ def test_directed_drift_is_the_sum_of_every_steps_square(seed: int, ends: tuple[
     axes = np.stack((by.real, by.imag), axis=1)[a:b]
     total = np.zeros((STATES, STATES))
     total[:2, :2] = axes.T @ axes
-    np.testing.assert_allclose(
-        PathDriftSums.directed(path, by).between(np.array([a]), np.array([b]))[0], total, atol=1e-9
-    )
+    np.testing.assert_allclose(DriftAlong(path).slips(by).between(np.array([a]), np.array([b]))[0], total, atol=1e-9)
 
 
 def test_random_walks_of_heading_scale_and_position_spread_as_stated() -> None:
@@ -182,7 +180,7 @@ def test_random_walks_of_heading_scale_and_position_spread_as_stated() -> None:
     observed = np.cov(np.stack((end.real, end.imag, scale[:, -1], heading[:, -1])))
     first, last = np.array([0]), np.array([n - 1])
     stated = sum(
-        PathDriftSums.along(kind, path, level**2 * variance).between(first, last)[0] for kind, level in sigma.items()
+        DriftAlong(path).sums(kind, level**2 * variance).between(first, last)[0] for kind, level in sigma.items()
     )
     spread = np.sqrt(np.diag(stated))
     np.testing.assert_allclose(observed / np.outer(spread, spread), stated / np.outer(spread, spread), atol=0.03)

@@ -10,15 +10,16 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import ceil, log
-from typing import Generic, TypeVar
+from math import ceil, inf, log
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.arrays import ComplexArray, FloatArray
 
 _State = TypeVar("_State")
+_Change: TypeAlias = FloatArray | ComplexArray
 TRUSTED = 0.9
 """The smallest comparisons, up to this share, estimate the usual size of errors; faults are among the others."""
 TRUSTED_MEAN_SQUARE = 2 - np.log(10) * 2 / 9
@@ -28,11 +29,14 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class IterationResult(Generic[_State]):
-    """Where an iteration ended: its last ``state``, and by how much the last of its ``rounds`` ``moved`` it."""
+    """Where an iteration ended: its last ``state`` after a number of ``rounds``.
+
+    ``remaining`` is the estimated distance from there to the limit, in the unit of the tolerance.
+    """
 
     state: _State
     rounds: int
-    moved: float
+    remaining: float
     converged: bool
 
 
@@ -57,32 +61,83 @@ class Caution:
         return 1 + ceil(log(self.factor) / -log(self.relaxation))
 
 
+LEAST_RATE = 0.5
+"""Each step is taken to leave at least this share of the distance, whatever the last two steps look like."""
+NEGLIGIBLE = 1e-6
+"""A step below this share of the tolerance may be rounding, whose rate is about 1; the limit is reached."""
+LONGEST = 8.0
+"""Largest factor by which a step is lengthened: far enough to save rounds, too short to leave for another solution."""
+STRAIGHT = 0.9
+"""Steps are lengthened if the cosine between the last two is larger ..."""
+SLOW = 0.3
+"""... and the second is at least this long compared with the first."""
+
+
 def iterate(
     what: str,
     start: _State,
     step: Callable[[_State, int], _State],
-    moved: Callable[[_State, _State], float],
+    moved: Callable[[_State, _State], float | _Change],
     *,
     tolerance: float,
     most_rounds: int,
     least_rounds: int = 1,
+    least_rate: float = LEAST_RATE,
+    first_rate: float = 1.0,
+    long_step: Callable[[_State, int, float], _State] | None = None,
     logged: bool = True,
 ) -> IterationResult[_State]:
-    """Repeat ``step``, which takes a state and the number of the round (from 1), until it hardly moves the state.
+    """Repeat ``step``, which takes a state and the number of the round (from 1), until the limit is close.
 
-    ``moved`` gives the size of the change from one state to the next, in the unit of ``tolerance``; the iteration has
-    converged once that is less. Before ``least_rounds``, as where a first caution has yet to wear off, no one asks.
+    ``moved`` gives the change from one state to the next, a number or an array (k,), in the unit of ``tolerance``. A
+    small step does not mean that the limit is close: if each step is ``rate`` times as long as the one before, steps of
+    the total length ``size * rate / (1 - rate)`` remain. The iteration has converged when that is below the tolerance.
+    The rate is that of the last two steps, or ``least_rate`` if that is larger; after one step it is ``first_rate`` (1:
+    not known). Before ``least_rounds``, as where a first caution has yet to wear off, no one asks.
+
+    ``long_step`` takes a step that is a number of times as long. If it is given, every third step is made longer where
+    the two before it point the same way. It never turns back or sideways, so it ends where short steps end, unlike a
+    Newton step, which may end at a saddle point (SQUAREM, Varadhan and Roland 2008, with a limited length). What is
+    left of a slow change after a long step hides behind faster ones, so its rate counts for the next two steps.
+
     Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
-    state, size = start, float("inf")
+    last: _Change | None = None
+    state, remaining, times, slowest = start, inf, 1.0, least_rate
     for number in range(1, most_rounds + 1):
+        if times > 1 and long_step is not None:
+            state, last = long_step(state, number, times), None
+            slowest, times = max(least_rate, 1 - 1 / times), 1.0
+            continue
         before, state = state, step(state, number)
-        size = moved(before, state)
-        if number >= least_rounds and size < tolerance:
-            return IterationResult(state, number, size, converged=True)
+        movement = np.atleast_1d(np.asarray(moved(before, state)))
+        size = float(np.abs(movement).max(initial=0.0))
+        rate = max(slowest, first_rate if last is None else _rate(last, movement))
+        remaining = size * rate / (1 - rate) if rate < 1 else inf
+        if size < NEGLIGIBLE * tolerance:
+            remaining = size
+        if number >= least_rounds and remaining < tolerance:
+            return IterationResult(state, number, remaining, converged=True)
+        if last is not None:
+            times, slowest = (_times(last, movement) if number >= least_rounds else 1.0), least_rate
+        last = movement if NEGLIGIBLE * tolerance < size < inf else None
     if logged:
-        _log.warning("%s did not converge: after %d iterations it still changes by %g", what, most_rounds, size)
-    return IterationResult(state, most_rounds, size, converged=False)
+        _log.warning("%s did not converge: %d iterations ended about %.2g from the limit", what, most_rounds, remaining)
+    return IterationResult(state, most_rounds, remaining, converged=False)
+
+
+def _rate(last: _Change, movement: _Change) -> float:
+    """Length of a step (k,) in units of the one before, by its largest number or by all, whichever is greater."""
+    return float(max(np.linalg.norm(movement, order) / np.linalg.norm(last, order) for order in (2, np.inf)))
+
+
+def _times(last: _Change, movement: _Change) -> float:
+    """Factor for the next step after two steps (k,): to the limit if they continue as they are, or :data:`LONGEST`."""
+    before, now = float(np.linalg.norm(last)), float(np.linalg.norm(movement))
+    rate = now / before
+    if rate < SLOW or float(np.vdot(last, movement).real) < STRAIGHT * before * now:
+        return 1.0
+    return LONGEST if rate >= 1 else min(1 / (1 - rate), LONGEST)
 
 
 def variance_factor(squares: npt.ArrayLike, dimensions: npt.ArrayLike, dof: float) -> FloatArray:

@@ -28,6 +28,7 @@ from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.tracker_errors import (
     SCALE_SIGMA,
     STATES,
+    DriftAlong,
     DriftKind,
     DriftSource,
     NoiseLevels,
@@ -56,6 +57,8 @@ ROUGH_KINDS = {
 """If the heading is not even roughly known, heading and scale drift alike, which makes the model linear in both."""
 LEAST_DRIFT = np.diag([1e-6, 1e-6, 1e-10, 1e-10])
 """Smallest drift of a stretch; 1 mm and 0.01 mrad keep the equations regular."""
+FARTHEST = 1.0
+"""Largest change of a level's or factor's natural logarithm by a lengthened step."""
 NEGLIGIBLE = 1e-6
 """An eigenvalue below this share of the trace counts as zero: there is no drift in its direction."""
 
@@ -73,23 +76,33 @@ class Model:
     rough: bool
 
     @cached_property
+    def _drift_along(self) -> DriftAlong:
+        return DriftAlong(self.path)
+
+    @property
+    def centred(self) -> ComplexArray:
+        """(n,) the path relative to its middle, so that products of its coordinates keep their digits."""
+        return self._drift_along.centred
+
+    @cached_property
     def sums(self) -> dict[DriftSource, tuple[PathDriftSums, ...]]:
-        """Running sums of each source's drift along the reference path."""
+        """Running sums of each source's drift along the reference path; none of a source without any."""
         kinds = ROUGH_KINDS if self.rough else KINDS
         variance = self.observations.step_variance
+        along = self._drift_along
         sums: dict[DriftSource, tuple[PathDriftSums, ...]] = {
-            source: tuple(PathDriftSums.along(kind, self.path, steps) for kind in kinds[source])
+            source: tuple(along.sums(kind, steps) for kind in kinds[source]) if steps.any() else ()
             for source, steps in variance.items()
         }
-        return {**sums, DriftSource.DOUBT: (self._doubt,)}
+        return {**sums, DriftSource.DOUBT: (self._doubt,) if self.observations.odometry.doubt.any() else ()}
 
     @property
     def _doubt(self) -> PathDriftSums:
         """Possible slips of steps; a rough model does not know their direction in the building."""
         doubt = self.observations.odometry.doubt
         if self.rough:
-            return PathDriftSums.along(DriftKind.POSITION, self.path, np.abs(doubt) ** 2)
-        return PathDriftSums.directed(self.path, doubt * self.turn[:-1])
+            return self._drift_along.sums(DriftKind.POSITION, np.abs(doubt) ** 2)
+        return self._drift_along.slips(doubt * self.turn[:-1])
 
     def drift_covariance(self, source: DriftSource, a: IntArray, b: IntArray) -> FloatArray:
         """(k, 4, 4) covariances at unit level of one source's drift from frames ``a`` to ``b`` (k,)."""
@@ -113,11 +126,6 @@ class Model:
     def ranks(self) -> dict[DriftSource, IntArray]:
         """Ranks (p + 1,) of :attr:`stretches`: the number of dimensions in which each source drifts."""
         return {source: _ranks(covariance) for source, covariance in self.stretches.items()}
-
-    @cached_property
-    def centred(self) -> ComplexArray:
-        """(n,) the path relative to its middle, so that products of its coordinates keep their digits."""
-        return np.asarray(self.path - self.path.mean())
 
     @cached_property
     def reference_drift_sums(self) -> FloatArray:
@@ -160,6 +168,11 @@ class Model:
         jacobian[:, 0, 2], jacobian[:, 1, 2] = self.offset.real, self.offset.imag
         jacobian[:, 0, 3], jacobian[:, 1, 3] = -self.offset.imag, self.offset.real
         return jacobian
+
+    @cached_property
+    def heading_jacobian(self) -> FloatArray:
+        """(p, 1, 4) derivatives of the sheet's heading at each pass with respect to the state there."""
+        return np.tile(np.eye(STATES)[3], (len(self.offset), 1, 1))
 
     @cached_property
     def first_seen(self) -> tuple[IntArray, IntArray]:
@@ -216,7 +229,33 @@ class VarianceFactors:
         stretch = {source: np.ones(passes + 1) for source in DriftSource}
         return cls(noise, stretch, np.ones(passes), np.ones(passes), np.ones(landmarks), prior_noise)
 
+    def beyond(self, other: VarianceFactors, times: float) -> VarianceFactors:
+        """Go from these through others (``times`` 1) and on, in logarithms, until one number has changed by
+        :data:`FARTHEST`.
+        """
+        ends = other._numbers
+        changes = [np.log(end / start) for start, end in zip(self._numbers, ends, strict=True)]
+        farthest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
+        if farthest == 0:
+            return other
+        more = max(0.0, min(times, FARTHEST / farthest) - 1)
+        noise, *stretch, sighting, sheet, landmark = (
+            end * np.exp(more * change) for end, change in zip(ends, changes, strict=True)
+        )
+        return VarianceFactors(
+            other.noise.with_levels(noise),
+            dict(zip(other.stretch, stretch, strict=True)),
+            sighting,
+            sheet,
+            landmark,
+            other.prior_noise,
+        )
+
     @property
+    def _numbers(self) -> list[FloatArray]:
+        return [self.noise.levels, *self.stretch.values(), self.sighting, self.sheet, self.landmark]
+
+    @cached_property
     def stretch_scale(self) -> FloatArray:
         """(s, p + 1) factor on the variance of each source's drift over each stretch, relative to unit level."""
         return np.stack([self.noise.level(source) ** 2 * self.stretch[source] for source in DriftSource])
@@ -312,7 +351,7 @@ class LinearWalk:
         miss = heading_origin(self.model, self.priors)[landmark] - self.model.heading_rad
         return LandmarkFactor(
             residual=np.where(headed, wrapped(miss), 0.0)[:, None],
-            jacobian=np.tile(np.eye(STATES)[3], (len(landmark), 1, 1)),
+            jacobian=self.model.heading_jacobian,
             column=2 * len(self.priors.position) + landmark[:, None],
             precision=np.where(
                 headed, 1 / (self.variance_factors.noise.sheet_rad**2 * self.variance_factors.sheet), 0.0

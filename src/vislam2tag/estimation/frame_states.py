@@ -7,7 +7,6 @@ walk cannot distinguish these cases, so labels around such a place may have erro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import Solution
-from vislam2tag.estimation.tracker_errors import DOUBTED, DriftSource, transitions
+from vislam2tag.estimation.tracker_errors import DOUBTED, STATES, DriftSource, transitions
 
 KNOT_S = 0.25
 """Interval of the computed states, which are also at all nodes and at both ends of every jump, slip and pause; linear
@@ -43,17 +42,18 @@ class FrameStates:
     drift: FloatArray
     whole: FloatArray
 
-    @cached_property
-    def covariance(self) -> FloatArray:
-        """(k, 4, 4) covariance of :attr:`state`."""
-        solution, stretch, gained = self.solution, self.stretch, self.gain.transpose(0, 2, 1)
-        mixed = self.rest @ solution.next_covariance[stretch] @ gained
+    def covariance(self, states: int = STATES) -> FloatArray:
+        """(k, s, s) covariance of the first ``states`` numbers of :attr:`state`, all 4 or the position's 2."""
+        solution, stretch = self.solution, self.stretch
+        rest, gain = self.rest[:, :states], self.gain[:, :states]
+        gained = gain.transpose(0, 2, 1)
+        mixed = rest @ solution.next_covariance[stretch] @ gained
         return np.asarray(
-            self.rest @ solution.covariance[stretch] @ self.rest.transpose(0, 2, 1)
-            + self.gain @ (solution.covariance[1:] - self.whole)[stretch] @ gained
+            rest @ solution.covariance[stretch] @ rest.transpose(0, 2, 1)
+            + gain @ (solution.covariance[1:] - self.whole)[stretch] @ gained
             + mixed
             + mixed.transpose(0, 2, 1)
-            + self.drift
+            + self.drift[:, :states, :states]
         )
 
     def at_frames(self, values: FloatArray, count: int) -> FloatArray:
@@ -64,10 +64,10 @@ class FrameStates:
         return every.reshape(count, *values.shape[1:])
 
 
-def states_between_nodes(walk: LinearWalk, solution: Solution) -> FrameStates:
-    """States between the nodes of a solution (conditional Gaussian between both neighbours)."""
+def states_between_nodes(walk: LinearWalk, solution: Solution, knot_s: float = KNOT_S) -> FrameStates:
+    """States between the nodes of a solution (conditional Gaussian between both neighbours), every ``knot_s``."""
     model = walk.model
-    nodes, at = model.observations.nodes, _knots(model)
+    nodes, at = model.observations.nodes, _knots(model, knot_s)
     stretch = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
     first, last = nodes[stretch], nodes[stretch + 1]
     drift = _drift_covariance(model, walk.variance_factors, stretch, first, at)
@@ -80,13 +80,13 @@ def states_between_nodes(walk: LinearWalk, solution: Solution) -> FrameStates:
     return FrameStates(at, state, solution, stretch, rest, gain, drift, walk.drift_factor.covariance)
 
 
-def _knots(model: Model) -> IntArray:
+def _knots(model: Model, knot_s: float) -> IntArray:
     """Frames (k,) at which states are computed, by index into the odometry's, sorted."""
     odometry = model.observations.odometry
     wanted = np.zeros(len(odometry.path), dtype=bool)
     wanted[model.observations.nodes] = True
-    wanted[np.flatnonzero(np.diff(np.floor(odometry.time_s / KNOT_S)) > 0) + 1] = True
-    paused = np.diff(odometry.time_s) > KNOT_S
+    wanted[np.flatnonzero(np.diff(np.floor(odometry.time_s / knot_s)) > 0) + 1] = True
+    paused = np.diff(odometry.time_s) > knot_s
     apart = np.flatnonzero(paused | (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0) | (odometry.doubt != 0))
     wanted[apart] = wanted[apart + 1] = True
     return np.flatnonzero(wanted)
@@ -97,7 +97,7 @@ def _drift_covariance(
 ) -> FloatArray:
     """Covariances (k, 4, 4) of the drift from frames ``a`` to ``b``, both within the given stretches."""
     total = np.zeros((len(a), *LEAST_DRIFT.shape))
-    for source in DriftSource:
+    for source in (source for source in DriftSource if model.sums[source]):
         level = variance_factors.noise.level(source) ** 2 * variance_factors.stretch[source][stretch]
         total += level[:, None, None] * model.drift_covariance(source, a, b)
     return total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -85,6 +86,13 @@ class LandmarkPriors:
         """Mask (m,) of the landmarks with a position."""
         return np.asarray(np.isfinite(self.position))
 
+    @cached_property
+    def precision(self) -> FloatArray:
+        """(m, 2, 2) inverse of :attr:`covariance`, 1/m^2; nearly 0 if not surveyed."""
+        each = np.tile(np.eye(2) * FREE_M**-2, (len(self.position), 1, 1))
+        each[self.surveyed] = np.linalg.inv(self.covariance[self.surveyed])
+        return each
+
     def shared_covariance(self, position: ComplexArray) -> FloatArray:
         """(n, 2, 2) covariance that places (n,) on walks share with the landmarks around them
         (:func:`landmark_shares`)."""
@@ -154,8 +162,7 @@ def survey_precisions(priors: LandmarkPriors, factor: FloatArray) -> list[FloatA
     if priors.joint is not None:
         return [_joint_precision(priors.joint, priors, factor)]
     marks, surveyed = len(priors.position), priors.surveyed
-    each = np.tile(np.eye(2) * FREE_M**-2, (marks, 1, 1))
-    each[surveyed] = np.linalg.inv(priors.covariance[surveyed] * factor[surveyed, None, None])
+    each = priors.precision / np.where(surveyed, factor, 1.0)[:, None, None]
     sigma = np.where(np.isfinite(priors.heading_sigma_rad), priors.heading_sigma_rad, FREE_RAD)
     precision = np.diag(np.concatenate((np.zeros(2 * marks), sigma**-2)))
     column = np.arange(2 * marks).reshape(-1, 2)

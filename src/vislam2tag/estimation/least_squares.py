@@ -1,9 +1,10 @@
 """Least squares for paths and for heights: on a chain with a border, and over differences of unknowns.
 
 The normal equations have ``k`` states in a row (4 unknowns each, connected only to their neighbours) and ``b`` further
-unknowns that may be connected to any of them. They are block tridiagonal with an arrow-shaped border. Eliminating the
-states one by one and back (a Kalman smoother in information form) costs ``O(k b^2 + b^3)`` and gives every needed
-covariance (:func:`solve`).
+unknowns that may be connected to any of them. They are block tridiagonal with an arrow-shaped border. Every second
+state is eliminated at once, then every second one of the rest, and so on (cyclic reduction, Hockney 1965). On the way
+back each state's covariance with its neighbours follows. That costs ``O(k b^2 + b^3)`` in ``O(log k)`` array operations
+(:func:`solve`).
 
 Differences of unknowns with some outliers have heavy tails (:func:`solve_robustly`).
 """
@@ -55,17 +56,83 @@ class Solution:
 
 def solve(equations: NormalEquations) -> Solution:
     """Solve positive definite normal equations; raises numpy.linalg.LinAlgError if they are singular."""
-    count = len(equations.diagonal)
-    inverse, gain, columns = _eliminate(equations)
-    covariance = np.empty_like(equations.diagonal)
-    cross_covariance = np.empty_like(equations.upper)
-    covariance[-1] = inverse[-1]
-    columns[-1] = inverse[-1] @ columns[-1]
-    for k in range(count - 2, -1, -1):
-        columns[k] = inverse[k] @ columns[k] - gain[k] @ columns[k + 1]
-        cross_covariance[k] = -gain[k] @ covariance[k + 1]
-        covariance[k] = inverse[k] - cross_covariance[k] @ gain[k].T
-    return _with_border(equations, columns, covariance, cross_covariance)
+    diagonal, upper = equations.diagonal, equations.upper
+    columns = np.concatenate((equations.right[:, :, None], equations.border), axis=2)
+    eliminated: list[_Eliminated] = []
+    while len(diagonal) > 1:
+        odd = _Eliminated.of(diagonal, upper, columns)
+        diagonal, upper, columns = odd.rest(diagonal, upper, columns)
+        eliminated.append(odd)
+    covariance: FloatArray = np.asarray(np.linalg.inv(diagonal), dtype=np.float64)
+    chain = _SolvedChain(covariance @ columns, covariance, upper)
+    for odd in reversed(eliminated):
+        chain = odd.back(chain)
+    return _with_border(equations, chain.columns, chain.covariance, chain.next_covariance)
+
+
+@dataclass(frozen=True)
+class _SolvedChain:
+    """Solved right sides ``columns`` (k, n, 1 + b) of a chain, its ``covariance`` (k, n, n) and ``next_covariance``
+    (k - 1, n, n) of each state with the one after it.
+    """
+
+    columns: FloatArray
+    covariance: FloatArray
+    next_covariance: FloatArray
+
+
+@dataclass(frozen=True)
+class _Eliminated:
+    """The ``o`` odd states of a chain, eliminated: their inverted pivots ``inverse`` (o, n, n), the dependence on their
+    neighbours ``before`` (o, n, n) and ``after`` (o or o - 1, n, n), and right sides ``columns`` (o, n, 1 + b).
+    """
+
+    inverse: FloatArray
+    before: FloatArray
+    after: FloatArray
+    columns: FloatArray
+
+    @classmethod
+    def of(cls, diagonal: FloatArray, upper: FloatArray, columns: FloatArray) -> _Eliminated:
+        """Eliminate the odd states; the last one may have no neighbour after it."""
+        inverse: FloatArray = np.asarray(np.linalg.inv(diagonal[1::2]), dtype=np.float64)
+        after = inverse[: len(upper[1::2])] @ upper[1::2]
+        return cls(inverse, inverse @ upper[::2].transpose(0, 2, 1), after, columns[1::2])
+
+    def rest(
+        self, diagonal: FloatArray, upper: FloatArray, columns: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Equations of the chain of the even states: ``diagonal``, ``upper`` and ``columns``."""
+        odd, both = len(self.before), len(self.after)
+        diagonal, columns = diagonal[::2].copy(), columns[::2].copy()
+        diagonal[:odd] -= upper[::2] @ self.before
+        diagonal[1:] -= upper[1::2].transpose(0, 2, 1) @ self.after
+        columns[:odd] -= self.before.transpose(0, 2, 1) @ self.columns
+        columns[1:] -= self.after.transpose(0, 2, 1) @ self.columns[:both]
+        return diagonal, -upper[::2][:both] @ self.after, columns
+
+    def back(self, even: _SolvedChain) -> _SolvedChain:
+        """The whole chain from its even states."""
+        odd, both = len(self.before), len(self.after)
+        own = self.inverse @ self.columns - self.before @ even.columns[:odd]
+        own[:both] -= self.after @ even.columns[1:]
+        with_before = -self.before @ even.covariance[:odd]
+        with_before[:both] -= self.after @ even.next_covariance.transpose(0, 2, 1)
+        with_after = -self.before[:both] @ even.next_covariance - self.after @ even.covariance[1:]
+        covariance = self.inverse - with_before @ self.before.transpose(0, 2, 1)
+        covariance[:both] -= with_after @ self.after.transpose(0, 2, 1)
+        return _SolvedChain(
+            _alternating(even.columns, own),
+            _alternating(even.covariance, covariance),
+            _alternating(with_before.transpose(0, 2, 1), with_after),
+        )
+
+
+def _alternating(even: FloatArray, odd: FloatArray) -> FloatArray:
+    """Arrays (e, ...) and (o, ...) in turn, the even ones first."""
+    mixed = np.empty((len(even) + len(odd), *even.shape[1:]))
+    mixed[::2], mixed[1::2] = even, odd
+    return mixed
 
 
 def most_probable(equations: NormalEquations) -> tuple[FloatArray, float]:
@@ -91,20 +158,6 @@ def _banded(equations: NormalEquations) -> FloatArray:
         for column in range(size):
             banded[width - (size + column - row), size + column :: size] = equations.upper[:, row, column]
     return banded
-
-
-def _eliminate(equations: NormalEquations) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Eliminate the states one by one: inverted pivots (k, n, n), gains (k - 1, n, n) and right sides (k, n, 1 + b)."""
-    columns = np.concatenate((equations.right[:, :, None], equations.border), axis=2)
-    pivot = equations.diagonal[0]
-    inverse, gain = np.empty_like(equations.diagonal), np.empty_like(equations.upper)
-    for k, upper in enumerate(equations.upper):
-        inverse[k] = np.linalg.inv(pivot)
-        gain[k] = inverse[k] @ upper
-        columns[k + 1] -= gain[k].T @ columns[k]
-        pivot = equations.diagonal[k + 1] - upper.T @ gain[k]
-    inverse[-1] = np.linalg.inv(pivot)
-    return inverse, gain, columns
 
 
 def _with_border(

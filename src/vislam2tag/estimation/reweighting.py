@@ -112,7 +112,7 @@ def _landmark_squares(priors: LandmarkPriors, solution: Solution) -> FloatArray:
     error = errors[column]
     expected = error[:, :, None] * error[:, None, :] + covariance[column[:, :, None], column[:, None, :]]
     squares = np.zeros(len(priors.position))
-    squares[rows] = np.einsum("mij,mji->m", np.linalg.inv(priors.covariance[rows]), expected)
+    squares[rows] = np.einsum("mij,mji->m", priors.precision[rows], expected)
     return squares
 
 

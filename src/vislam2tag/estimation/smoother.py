@@ -46,15 +46,23 @@ from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
 from vislam2tag.estimation.tracker_errors import NoiseLevels, assumed
 
-CONVERGED_SIGMAS = 0.1
-"""Re-weighting has converged when no node moves by more than this many of its standard deviations, and these change by
-less than this share. A smaller limit does not change mean errors and doubles the rounds."""
-ROUGHLY_CONVERGED_SIGMAS = 0.5
+CONVERGED_SIGMAS = 0.03
+"""Re-weighting has converged when no node is farther than this from the limit, in its standard deviations, and these
+are known to this share."""
+ROUGHLY_CONVERGED_SIGMAS = 20.0
 """The first solution is only a start."""
 CONVERGED_SIGMAS_IN_OWN_FRAME = 0.01
 """Relative to the walk's start sigmas grow along the path, although places close together are known equally well."""
-MOST_ROUNDS = 100
-"""Limit for one reference path; usually 3 to 10."""
+LEAST_RATE, FIRST_RATE = 0.9, 0.95
+"""A slow change of the noise levels may follow fast changes of weights, and shows only when these have ended."""
+RATE_OF_PATHS = 0.55
+"""Each path is much closer than the one before (Gauss-Newton: about ten times)."""
+REFERENCE_KNOT_S = 1.0
+"""Interval of the states that make the next reference path, which need not be exact."""
+LONGER = 1.4
+"""Each step of re-weighting is made longer by this factor (over-relaxation), which saves a sixth of the rounds."""
+MOST_ROUNDS = 300
+"""Limit for one reference path; usually 10 to 20."""
 MOST_RELINEARISATIONS = 10
 """Limit of reference paths; the second usually moves no node by as much."""
 ROUGH_CAUTION, NO_CAUTION = Caution(30.0, 0.4), Caution()
@@ -86,7 +94,7 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
     tolerance = CONVERGED_SIGMAS_IN_OWN_FRAME if walk.pinned else CONVERGED_SIGMAS
 
     def about_path_found(before: SolvedWalk, _: int) -> SolvedWalk:
-        return reweight_until_converged(replace(before.linear, model=_relinearised(before)), tolerance)
+        return reweight_until_converged(replace(before.linear, model=_relinearised(before)), tolerance, start=before)
 
     done = iterate(
         "the linearisation of a walk's path",
@@ -95,6 +103,7 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
         _sigmas_between,
         tolerance=tolerance,
         most_rounds=MOST_RELINEARISATIONS,
+        first_rate=RATE_OF_PATHS,
     )
     linear = done.state.linear
     stated = equivalent_variances(linear.model, linear.variance_factors)
@@ -102,41 +111,48 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
     return replace(SolvedWalk.of(replace(linear, variance_factors=stated)), converged=converged)
 
 
-def reweight_until_converged(walk: LinearWalk, tolerance: float, caution: Caution = NO_CAUTION) -> SolvedWalk:
-    """Solve about one reference path, with levels and factors from the last solution, until no node moves."""
+def reweight_until_converged(
+    walk: LinearWalk, tolerance: float, caution: Caution = NO_CAUTION, start: SolvedWalk | None = None
+) -> SolvedWalk:
+    """Solve about one reference path, with levels and factors from the last solution, until no node moves.
+
+    The first of these solutions is ``start``, about another path, or else that with the walk's own factors.
+    """
 
     def solve_with(factors: VarianceFactors, number: int) -> SolvedWalk:
         cautious = replace(factors, sighting=factors.sighting * caution.at(number))
         return SolvedWalk.of(replace(walk, variance_factors=cautious))
 
-    def step(before: SolvedWalk, number: int) -> SolvedWalk:
-        squares = expected_squares(before.linear, before.solution)
-        return solve_with(reweighted(walk.model, before.variance_factors, squares), number)
+    def step(before: SolvedWalk, number: int, times: float = 1.0) -> SolvedWalk:
+        factors, squares = before.variance_factors, expected_squares(before.linear, before.solution)
+        return solve_with(factors.beyond(reweighted(walk.model, factors, squares), LONGER * times), number)
 
     done = iterate(
         "the reweighting of a walk's observations",
-        solve_with(walk.variance_factors, 0),
+        start or solve_with(walk.variance_factors, 0),
         step,
         _sigmas_between,
         tolerance=tolerance,
         most_rounds=MOST_ROUNDS,
         least_rounds=caution.rounds,
+        least_rate=LEAST_RATE,
+        first_rate=FIRST_RATE,
+        long_step=step,
     )
     return replace(done.state, converged=done.converged)
 
 
-def _sigmas_between(before: SolvedWalk, after: SolvedWalk) -> float:
-    """Largest movement of a node, or change of its sigma, in its standard deviations."""
-    moved = np.abs(after.node_position - before.node_position)
-    changed = np.abs(after.node_sigma_m - before.node_sigma_m)
-    return float((np.maximum(moved, changed) / after.node_sigma_m).max())
+def _sigmas_between(before: SolvedWalk, after: SolvedWalk) -> ComplexArray:
+    """(2k,) movements of the nodes, complex, and changes of their sigmas, in standard deviations."""
+    sigma_m = after.node_sigma_m
+    return np.concatenate(((after.node_position - before.node_position) / sigma_m, 1 - before.node_sigma_m / sigma_m))
 
 
 def _relinearised(walk: SolvedWalk) -> Model:
     """The model about the estimated path: solved headings become those of the reference; scale stays with the
     states."""
     model, count = walk.model, len(walk.model.path)
-    knots = states_between_nodes(walk.linear, walk.solution)
+    knots = states_between_nodes(walk.linear, walk.solution, REFERENCE_KNOT_S)
     state = knots.at_frames(knots.state, count)
     factor = (1 + state[:, 2] if model.rough else 1.0) + 1j * state[:, 3]
     turn = factor / np.abs(factor) if model.rough else np.exp(1j * state[:, 3])
@@ -187,7 +203,7 @@ class SolvedWalk:
     linear: LinearWalk
     solution: Solution
     converged: bool = True
-    """Whether re-weighting converged."""
+    """Whether it is within :data:`CONVERGED_SIGMAS` of the limit."""
 
     @classmethod
     def of(cls, linear: LinearWalk) -> SolvedWalk:
@@ -287,7 +303,7 @@ def mapped_path(smoothed: SolvedWalk) -> tuple[FloatArray, FloatArray, FloatArra
     model, knots = smoothed.model, states_between_nodes(smoothed.linear, smoothed.solution)
     count = len(model.path)
     state = knots.at_frames(knots.state, count)
-    covariance = knots.at_frames(knots.covariance[:, :2, :2], count)
+    covariance = knots.at_frames(knots.covariance(2), count)
     covariance += model.observations.odometry.aside_m2[:, None, None] * np.eye(2)
     covariance += beside_the_survey(smoothed.linear, smoothed.solution)
     position = model.path + state[:, 0] + 1j * state[:, 1]

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cached_property
 from math import inf, log, sqrt
 
 import numpy as np
@@ -67,6 +68,23 @@ class NoiseLevels:
         if source is DriftSource.HEADING:
             return self.heading_rad
         return self.scale if source is DriftSource.SCALE else 1.0
+
+    @property
+    def levels(self) -> FloatArray:
+        """(5,) all levels, as :meth:`with_levels` takes them."""
+        return np.array((self.position_m, self.heading_rad, self.scale, self.sighting_m, self.sheet_rad))
+
+    def with_levels(self, levels: FloatArray) -> NoiseLevels:
+        """Other levels (5,), with as many observations behind them."""
+        position_m, heading_rad, scale, sighting_m, sheet_rad = levels.tolist()
+        return replace(
+            self,
+            position_m=position_m,
+            heading_rad=heading_rad,
+            scale=scale,
+            sighting_m=sighting_m,
+            sheet_rad=sheet_rad,
+        )
 
     def times(self, factor: float) -> NoiseLevels:
         """Levels multiplied by a factor for drift and sightings; sheets are unchanged."""
@@ -171,27 +189,12 @@ class DriftKind(Enum):
 
 @dataclass(frozen=True)
 class PathDriftSums:
-    """Running sums along a path of one kind of drift, made by :meth:`along` or :meth:`directed`."""
+    """Running sums along a path of one kind of drift, made by :class:`DriftAlong`."""
 
     kind: DriftKind
     path: ComplexArray
     sums: FloatArray
     """(6, n): variance, times x, y, xx, xy, yy of the path; of the position's drift (3, n): xx, xy, yy."""
-
-    @classmethod
-    def along(cls, kind: DriftKind, path: ComplexArray, variance: FloatArray) -> PathDriftSums:
-        """Sum the variances (n - 1,) of the steps of a path (n,), complex metres in the BCS."""
-        centred = path - path.mean()
-        terms = np.stack((variance, np.zeros_like(variance), variance))
-        if kind is not DriftKind.POSITION:
-            x, y = centred.real[1:], centred.imag[1:]
-            terms = variance * np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
-        return cls(kind, centred, _summed(terms))
-
-    @classmethod
-    def directed(cls, path: ComplexArray, by: ComplexArray) -> PathDriftSums:
-        """Let each step slip along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
-        return cls(DriftKind.POSITION, path, _summed(np.stack((by.real**2, by.real * by.imag, by.imag**2))))
 
     def between(self, a: IntArray, b: IntArray) -> FloatArray:
         """Covariances (k, 4, 4) of the drift from frames ``a`` to frames ``b`` >= a (k,)."""
@@ -215,6 +218,37 @@ class PathDriftSums:
         drift[:, 0, row] = drift[:, row, 0] = mean_x
         drift[:, 1, row] = drift[:, row, 1] = mean_y
         return drift
+
+
+@dataclass(frozen=True)
+class DriftAlong:
+    """Adds up drift along a ``path`` (n,), complex metres in the BCS."""
+
+    path: ComplexArray
+
+    @cached_property
+    def centred(self) -> ComplexArray:
+        """(n,) the path relative to its middle, so that products of its coordinates keep their digits."""
+        return np.asarray(self.path - self.path.mean())
+
+    @cached_property
+    def _moments(self) -> FloatArray:
+        """(6, n - 1) 1, x, y, xx, xy, yy at the end of each step."""
+        x, y = self.centred.real[1:], self.centred.imag[1:]
+        return np.stack((np.ones_like(x), x, y, x * x, x * y, y * y))
+
+    def sums(self, kind: DriftKind, variance: FloatArray) -> PathDriftSums:
+        """Sum the variances (n - 1,) of the steps."""
+        if kind is DriftKind.POSITION:
+            terms = np.stack((variance, np.zeros_like(variance), variance))
+        else:
+            terms = variance * self._moments
+        return PathDriftSums(kind, self.centred, _summed(terms))
+
+    def slips(self, by: ComplexArray) -> PathDriftSums:
+        """Let each step slip along ``by`` (n - 1,), complex, one standard deviation in metres, BCS."""
+        terms = np.stack((by.real**2, by.real * by.imag, by.imag**2))
+        return PathDriftSums(DriftKind.POSITION, self.centred, _summed(terms))
 
 
 def _summed(terms: FloatArray) -> FloatArray:

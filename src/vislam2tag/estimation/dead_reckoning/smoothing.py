@@ -18,8 +18,9 @@ from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, WalkFixes
 from vislam2tag.estimation.least_squares import most_probable, solve
 
-ROUNDS = 12
-CLOSE_M = 0.01
+ROUNDS = 100
+CLOSE_M = 0.02
+"""Farthest that a node may be from the limit."""
 LONGEST_TURN_RAD = 0.7
 """Largest turn of the path in a round; the equations hold for small turns."""
 LONG_M2 = 4.0
@@ -56,6 +57,17 @@ class SmoothedPath:
     fix_sigma_m: float
     scatter_m: FloatArray
     converged: bool
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A state, the logarithm of the determinant of the equations that led to it, and how far they ``moved`` the nodes
+    (k,), complex metres; infinite if the turn was limited.
+    """
+
+    state: PathState
+    moved: ComplexArray
+    log_determinant: float
 
 
 @dataclass(frozen=True)
@@ -133,22 +145,23 @@ def _centred(values: ComplexArray) -> ComplexArray:
 def _fitted(model: PathModel, fixes: WalkFixes, start: PathState) -> _Fitted:
     """Gauss-Newton steps from a start, with turns limited to the range of the linearisation."""
 
-    def step(before: tuple[PathState, float, float], _: int) -> tuple[PathState, float, float]:
-        change, log_determinant = most_probable(model.equations(before[0], fixes))
-        share = min(1.0, LONGEST_TURN_RAD / max(float(np.abs(change[:, HEADING]).max()), 1e-12))
-        moved_m = float(np.abs(change[:, :2]).max()) if share == 1 else inf
-        return PathState.of_columns(before[0].columns + share * change), moved_m, log_determinant
+    def step(before: _Step, _number: int, times: float = 1.0) -> _Step:
+        change, log_determinant = most_probable(model.equations(before.state, fixes))
+        share = min(1.0, LONGEST_TURN_RAD / max(times * float(np.abs(change[:, HEADING]).max()), 1e-12))
+        moved = change[:, 0] + 1j * change[:, 1] if share == 1 else np.array(inf + 0j)
+        return _Step(PathState.of_columns(before.state.columns + share * times * change), moved, log_determinant)
 
     done = iterate(
         "the path through a walk's fixes",
-        (start, inf, 0.0),
+        _Step(start, np.array(inf + 0j), 0.0),
         step,
-        lambda _, after: after[1],
+        lambda _, after: after.moved,
         tolerance=CLOSE_M,
         most_rounds=ROUNDS,
+        long_step=step,
         logged=False,
     )
-    state, _, log_determinant = done.state
+    state, log_determinant = done.state.state, done.state.log_determinant
     cost = model.cost(state, fixes)
     volume = log_determinant + 4 * len(fixes.node) * float(np.log(fixes.sigma_m))
     return _Fitted(state, cost, cost + volume, fixes.sigma_m, done.converged)

@@ -18,6 +18,7 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
+from vislam2tag.core.robust import iterate
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.preparation.registration.least_squares import (
     Adjusted,
@@ -31,7 +32,7 @@ from vislam2tag.preparation.registration.names import point_label
 
 ROUNDS = 15
 SMALL_M = 1e-7
-"""A step that moves nothing further ends the iteration."""
+"""The adjustment ends when no point is farther than this from its final place."""
 
 
 KNOWN = ""
@@ -109,12 +110,26 @@ def adjust_plane(
     Known points that no shot uses are left out. Raises SingularError where the network is not determined.
     """
     state = _State(measured, start, free_scale)
-    for _ in range(rounds):
-        step, adjusted = adjust(state.design(), state.misclosure(), each=2)
-        moved_m = state.move(step) if rounds > 1 else 0.0
-        if moved_m < SMALL_M:
-            return state.fit(adjusted)
-    raise SingularError("the adjustment does not converge")
+    _, adjusted = adjust(state.design(), state.misclosure(), each=2)
+    if rounds == 1:
+        return state.fit(adjusted)
+
+    def step(_before: tuple[Adjusted, float], _number: int) -> tuple[Adjusted, float]:
+        way, adjusted = adjust(state.design(), state.misclosure(), each=2)
+        return adjusted, state.move(way)
+
+    done = iterate(
+        "the adjustment of the network",
+        (adjusted, math.inf),
+        step,
+        lambda _, after: after[1],
+        tolerance=SMALL_M,
+        most_rounds=rounds,
+        logged=False,
+    )
+    if not done.converged:
+        raise SingularError("the adjustment does not converge")
+    return state.fit(done.state[0])
 
 
 class _State:

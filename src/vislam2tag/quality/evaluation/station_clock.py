@@ -7,6 +7,7 @@ uncertainty (jackknife, Efron 1982). Label errors are taken at the station's rat
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -24,6 +25,7 @@ from vislam2tag.labeling.settings import TruthSettings
 from vislam2tag.quality.evaluation.station_frame import StationFrame, StationTrack, frame_findings
 from vislam2tag.quality.evaluation.truth import MAX_GAP_S, PointErrors, Truth, TruthKind, heading_of, walking_velocity
 
+_log = logging.getLogger(__name__)
 CLIP_M = 5.0
 """Errors count at most this much in the search: a wrongly mapped stretch must not decide it."""
 GRID_S = 0.5
@@ -137,6 +139,8 @@ def fit_adjustment(segments: Sequence[TrackSegment], start: Adjustment, freedom:
 
     start_at = np.zeros(int(free.sum()))
     robust = least_squares(residual, start_at, jac=jacobian, loss="soft_l1", f_scale=TYPICAL_M, x_scale="jac")
+    if not robust.success:
+        _log.warning("the total station's clock and frame did not converge: %s", robust.message)
     return at(np.asarray(robust.x))
 
 
