@@ -255,13 +255,13 @@ def test_reweighting_goes_on_until_it_has_converged_and_says_where_it_does_not(
 ) -> None:
     walk = loops(4, marks=8, laps=2)
     done = solved(walk)
-    assert done.converged
+    assert done.unreached_sigmas == 0
     monkeypatch.setattr(smoother, "CONVERGED_SIGMAS", 1e-4)
     further = solved(walk)
     sigma_m = np.sqrt(np.trace(mapped_path(done)[1], axis1=1, axis2=2) / 2)
-    assert (lengths(mapped_path(further)[0] - mapped_path(done)[0]) / sigma_m).max() < 0.5
+    assert (lengths(mapped_path(further)[0] - mapped_path(done)[0]) / sigma_m).max() < 0.1
     monkeypatch.setattr(smoother, "CONVERGED_SIGMAS", 0.0)
-    assert not solved(walk).converged
+    assert solved(walk).unreached_sigmas > 0
 
 
 @pytest.mark.parametrize(("apart_m", "heading_is_known"), [(0.4, False), (0.6, True)])

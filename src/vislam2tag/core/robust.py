@@ -39,6 +39,11 @@ class IterationResult(Generic[_State]):
     remaining: float
     converged: bool
 
+    @property
+    def unreached(self) -> float:
+        """``remaining``, or 0 if it converged."""
+        return 0.0 if self.converged else self.remaining
+
 
 @dataclass(frozen=True)
 class Caution:

@@ -313,7 +313,7 @@ class Trajectory(Drawable):
     fixes_used: int | None = None
     """How many known positions a walk without a tracker was led through; None if it has a tracker."""
     not_converged: tuple[str, ...] = ()
-    """Parts of it (``path``, ``heights``) was still moving when re-weighting ended."""
+    """Parts of it (``path``, ``heights``) that did not converge, each with its estimated distance from the limit."""
 
     def _facts(self) -> dict[str, object]:
         frames = len(self.time_ns)

@@ -94,8 +94,8 @@ class Heights:
 
     z_m: FloatArray
     floor: IntArray
-    converged: bool = True
-    """Whether re-weighting converged."""
+    unreached_m: float = 0.0
+    """Estimated distance from the limit where re-weighting did not converge, metres, else 0."""
 
 
 @dataclass(frozen=True)
@@ -153,12 +153,12 @@ def estimate_heights(
     seen = _sightings(camera, log, landmarks, odometry, track, stated_rank)
     track, rise = _with_rides(track, seen, marks, storeys, settings)
     seen = _Sightings(seen.landmark, seen.rank, seen.height_m + rise[seen.rank])
-    height, elevation, converged = _solve(track, seen, marks, storeys, settings)
+    height, elevation, unreached_m = _solve(track, seen, marks, storeys, settings)
     own = int(_index(storeys, np.array([storeys.own]))[0])
     place = floor_of_heights(height, elevation, _carried(height, elevation, settings), own)
     floor[track.frame] = storeys.number[place]
     z[track.frame] = np.where(np.isfinite(storeys.elevation_m[place]), height, np.nan)
-    return Heights(z, _carried_on(floor, camera), converged)
+    return Heights(z, _carried_on(floor, camera), unreached_m)
 
 
 def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
@@ -278,8 +278,8 @@ def _usual_elevations(storeys: Storeys, settings: HeightSettings) -> FloatArray:
 
 def _solve(
     track: VerticalTrack, seen: _Sightings, marks: _Marks, storeys: Storeys, settings: HeightSettings
-) -> tuple[FloatArray, FloatArray, bool]:
-    """Height (f,) of the camera and elevation (s,) of each storey, metres, and whether re-weighting converged.
+) -> tuple[FloatArray, FloatArray, float]:
+    """Height (f,) of the camera and elevation (s,) of each storey, and their distance from the limit, metres.
 
     The unknowns are, in this order: the offset of the vertical axis at the k times of sightings, the heights of the m
     sighted marks, the s elevations.
@@ -304,7 +304,7 @@ def _solve(
     logged = np.array([np.median(seen.height_m[which == i]) for i in range(m)])
     found = solve_robustly(equations, np.concatenate((np.repeat(start, k), logged + start, elevation)))
     offset = np.interp(track.variance_m2, track.variance_m2[knots], found.state[:k])
-    return track.height_m + offset, found.state[k + m :], found.converged
+    return track.height_m + offset, found.state[k + m :], found.unreached
 
 
 def _elevation_equations(storeys: Storeys, elevation: FloatArray, first: int, storey_m: float) -> list[Differences]:

@@ -107,8 +107,8 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
     )
     linear = done.state.linear
     stated = equivalent_variances(linear.model, linear.variance_factors)
-    converged = done.converged and done.state.converged
-    return replace(SolvedWalk.of(replace(linear, variance_factors=stated)), converged=converged)
+    unreached = max(done.unreached, done.state.unreached_sigmas)
+    return replace(SolvedWalk.of(replace(linear, variance_factors=stated)), unreached_sigmas=unreached)
 
 
 def reweight_until_converged(
@@ -139,7 +139,7 @@ def reweight_until_converged(
         first_rate=FIRST_RATE,
         long_step=step,
     )
-    return replace(done.state, converged=done.converged)
+    return replace(done.state, unreached_sigmas=done.unreached)
 
 
 def _sigmas_between(before: SolvedWalk, after: SolvedWalk) -> ComplexArray:
@@ -202,8 +202,8 @@ class SolvedWalk:
 
     linear: LinearWalk
     solution: Solution
-    converged: bool = True
-    """Whether it is within :data:`CONVERGED_SIGMAS` of the limit."""
+    unreached_sigmas: float = 0.0
+    """Estimated distance from the limit, in standard deviations; 0 if it is below :data:`CONVERGED_SIGMAS`."""
 
     @classmethod
     def of(cls, linear: LinearWalk) -> SolvedWalk:

@@ -153,6 +153,14 @@ class TrajectoryBuilder:
         return Trajectory(camera.time_ns, *poses, self.status, segments, visits)
 
 
+def not_converged(what: str, unreached: float, unit: str) -> tuple[str, ...]:
+    """Entry of :attr:`~vislam2tag.core.tracks.Trajectory.not_converged` for a part so far from its limit; none if 0."""
+    if unreached == 0:
+        return ()
+    where = f"about {unreached:.2g} {unit} from its limit" if np.isfinite(unreached) else "no limit in sight"
+    return (f"{what} ({where})",)
+
+
 def surveyed_rows(log: LandmarkLog, landmarks: Landmarks) -> LandmarkLog:
     """Drop the rows of landmarks without a surveyed position."""
     return log.select([i for i, landmark_id in enumerate(log.ids) if landmark_id in landmarks.surveyed_ids])

@@ -49,14 +49,15 @@ class SmoothedPath:
     offset.
 
     Both are means over the possible scatters of the fixes. ``fix_sigma_m`` is the root mean square of that scatter,
-    ``scatter_m`` (k,) its value at each node, and ``converged`` is whether another round would change nothing.
+    ``scatter_m`` (k,) its value at each node, and ``unreached_m`` the estimated distance from the limit where the path
+    did not converge, else 0.
     """
 
     state: PathState
     covariance: FloatArray
     fix_sigma_m: float
     scatter_m: FloatArray
-    converged: bool
+    unreached_m: float
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class _Fitted:
     cost: float
     evidence: float
     sigma_m: float
-    converged: bool
+    unreached_m: float
 
 
 def smooth_path(model: PathModel, fixes: WalkFixes) -> SmoothedPath:
@@ -108,7 +109,7 @@ def _mean_path(model: PathModel, fixes: WalkFixes, fitted: list[_Fitted], share:
     sigma_m = float(np.sqrt(share @ np.square([each.sigma_m for each in fitted])))
     path = PathState.of_columns(mean)
     scatter_m = sigma_m * model.scatter(path)
-    return SmoothedPath(path, covariance, sigma_m, scatter_m, all(each.converged for each in fitted))
+    return SmoothedPath(path, covariance, sigma_m, scatter_m, max(each.unreached_m for each in fitted))
 
 
 def _starts(model: PathModel, fixes: WalkFixes) -> list[tuple[PathModel, PathState, float]]:
@@ -164,7 +165,7 @@ def _fitted(model: PathModel, fixes: WalkFixes, start: PathState) -> _Fitted:
     state, log_determinant = done.state.state, done.state.log_determinant
     cost = model.cost(state, fixes)
     volume = log_determinant + 4 * len(fixes.node) * float(np.log(fixes.sigma_m))
-    return _Fitted(state, cost, cost + volume, fixes.sigma_m, done.converged)
+    return _Fitted(state, cost, cost + volume, fixes.sigma_m, done.unreached)
 
 
 def covering_covariance(path: SmoothedPath, model: PathModel, fixes: WalkFixes) -> FloatArray:

@@ -15,7 +15,7 @@ from vislam2tag.estimation.dead_reckoning.gait import speed_model
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut, ReckonedWalk, SensedWalk, contradictions_m, happenings
 from vislam2tag.estimation.heights import heights_by_pressure
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, DeadReckoningSettings, HeightSettings
-from vislam2tag.estimation.strategy import TrajectoryBuilder, register
+from vislam2tag.estimation.strategy import TrajectoryBuilder, not_converged, register
 from vislam2tag.estimation.vertical import altitude_m
 
 APART_M = 2.0
@@ -51,7 +51,7 @@ class DeadReckoning:
             builder.finish(camera, (), ()),
             floor=height.floor,
             events=_events(camera, walk, frame, time_s),
-            not_converged=() if walk.path.converged else ("path",),
+            not_converged=not_converged("path", walk.path.unreached_m, "m"),
             fix_contradiction_m=float(np.median(contradiction_m)),
             fixes_used=len(walk.names),
         )

@@ -21,7 +21,7 @@ from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import HeightSettings
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk, solve_with_ties
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
-from vislam2tag.estimation.strategy import TrajectoryBuilder, register
+from vislam2tag.estimation.strategy import TrajectoryBuilder, not_converged, register
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,6 @@ class Smoother:
         frame = observations.odometry.frame
         tied = smoothed if camera.ties is None else self._tied(smoothed, camera, frame, camera.ties)
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
-        converged = {"path": tied.converged, "heights": heights.converged}
         return replace(
             self._placed(tied, camera, frame, heights.z_m[frame]),
             visits=nothing.visits,
@@ -67,7 +66,10 @@ class Smoother:
             events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
             passes_left_out=observations.passes_left_out,
-            not_converged=tuple(what for what, whether in converged.items() if not whether),
+            not_converged=(
+                *not_converged("path", tied.unreached_sigmas, "standard deviations"),
+                *not_converged("heights", heights.unreached_m, "m"),
+            ),
         )
 
     def _placed(self, smoothed: SolvedWalk, camera: CameraTrack, frame: IntArray, z_m: FloatArray) -> Trajectory:

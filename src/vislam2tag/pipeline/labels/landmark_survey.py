@@ -139,7 +139,7 @@ def reduced(settings: MappingSettings, prepared: PreparedSession) -> ReducedSess
     )
     z_m = _heights_above_floor(site, camera, log, observations, heights, floors, local)
     passes = _walked_passes(observations, local)
-    converged, noise = smoothed.converged, smoothed.noise
+    converged, noise = smoothed.unreached_sigmas == 0, smoothed.noise
     return ReducedSession(key, places, local, z_m, passes, prepared.unused, converged=converged, noise=noise)
 
 
