@@ -109,11 +109,15 @@ TRACKER_NOISE = (
 """Of the simulator's tracker, what is noise rather than fault."""
 
 
-def with_tracker(seeds: Iterable[int], times: float, severity: str = "default", landmarks: int = 12) -> Iterator[Walk]:
-    """Walks of 3 minutes, 2 a seed, whose tracker is so many ``times`` as noisy as usual; its faults stay."""
+def with_tracker(
+    seeds: Iterable[int], times: float, severity: str = "default", landmarks: int = 12, sessions: int = 1
+) -> Iterator[Walk]:
+    """Walks of 3 minutes, 2 phones x ``sessions`` a seed, whose tracker is so many ``times`` as noisy as usual; its
+    faults stay.
+    """
     for seed in seeds:
         building = BuildingSettings(landmarks=landmarks)
-        scenario = regular_survey(seed, severity, (0,), ("LG", "OnePlus"), 1, building=building)
+        scenario = regular_survey(seed, severity, (0,), ("LG", "OnePlus"), sessions, building=building)
         floor = scenario.building.floor(0)
         survey_sigma_m, unknown = 0.02, np.full(landmarks, np.nan)
         off_m = np.random.default_rng(seed).normal(0, survey_sigma_m, (landmarks, 2))
@@ -134,7 +138,8 @@ def with_tracker(seeds: Iterable[int], times: float, severity: str = "default", 
                 log.time_ns, log.position_acs, log.orientation_acs, np.zeros(len(log.time_ns), dtype=np.int8)
             )
             truth = Truth(log.time_ns, position_at(walk, log.time_ns)[:, :2])
-            yield Walk(f"{seed} {planned.key.device}", camera, log.landmarks, surveyed, truth)
+            device = f"{seed} {planned.key.device}"
+            yield Walk(f"{device} {planned.key.session}", camera, log.landmarks, surveyed, truth, device=device)
 
 
 def every_kth(walks: Iterable[Walk], k: int) -> Iterator[Walk]:

@@ -101,14 +101,8 @@ def together(site: Site, surveyed: IntArray) -> list[Landmarks]:
 
 
 def told_noise(site: Site) -> list[TrackerNoise | None]:
-    """For each walk what the others of its device show about its tracker."""
-    devices = np.array([walk.device for walk in site.walks])
-    found: list[TrackerNoise | None] = [None] * len(devices)
-    for device in np.unique(devices):
-        rows = np.flatnonzero(devices == device).tolist()
-        for number, told in zip(rows, noise_of_other_walks([site.noise[row] for row in rows]), strict=True):
-            found[number] = told
-    return found
+    """For each walk what the others show about its tracker."""
+    return noise_of_other_walks([walk.device for walk in site.walks], [noise.evidence for noise in site.noise])
 
 
 def as_landmarks(landmarks: Landmarks, told: ToldPlaces) -> Landmarks:

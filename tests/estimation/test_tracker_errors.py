@@ -5,7 +5,7 @@ Covariances of drift from running sums, against sums written out and against wal
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -19,8 +19,6 @@ from vislam2tag.estimation.factors import VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk
 from vislam2tag.estimation.tracker_errors import (
-    ESTIMATED,
-    GREATEST_TIMES,
     PRIOR_WEIGHT,
     STATES,
     STEP,
@@ -28,51 +26,76 @@ from vislam2tag.estimation.tracker_errors import (
     USUAL,
     DriftAlong,
     DriftKind,
-    NoiseLevels,
+    NoiseEvidence,
     noise_of_other_walks,
     transitions,
 )
 
 
-def walk(times: float, numbers: float = 20.0) -> NoiseLevels:
-    """Levels so many times the usual ones, as so many numbers tell of sightings and one of each drift."""
-    return replace(
-        USUAL.times(times), sighting_observations=numbers, drift_observations=dict.fromkeys(ESTIMATED, numbers / 20)
-    )
+def walk(times: float, numbers: float = 20.0) -> NoiseEvidence:
+    """So many numbers show noise that is so many times the usual."""
+    return NoiseEvidence(numbers, numbers * times**2)
+
+
+def told_of(walks: Sequence[NoiseEvidence], device: str = "phone") -> list[TrackerNoise | None]:
+    return noise_of_other_walks([device] * len(walks), walks)
+
+
+def times_of(told: Sequence[TrackerNoise | None]) -> list[float]:
+    assert all(one is not None for one in told)
+    return [one.times_usual for one in told if one is not None]
 
 
 def test_each_walk_is_told_what_the_others_do() -> None:
-    told = noise_of_other_walks([walk(0.5), walk(0.5), walk(0.5), walk(2.0)])
-    assert all(one is not None for one in told)
-    times = [one.times_usual for one in told if one is not None]
-    assert times[0] == times[1] == times[2] > 1.0 > times[3]
+    times = times_of(told_of([walk(0.5), walk(0.5), walk(0.5), walk(2.0)]))
+    assert times[0] == times[1] == times[2] > times[3]
+
+
+@pytest.mark.parametrize("times", [0.25, 0.5, 2.0, 4.0])
+def test_a_device_s_noise_is_found_in_few_walks(times: float) -> None:
+    found = times_of(told_of([walk(times, 6.0)] * 6))
+    assert abs(np.log2(found[0] / times)) <= 0.5
 
 
 def test_one_walk_whose_tracker_broke_does_not_decide() -> None:
-    told = noise_of_other_walks([walk(1.0), walk(1.0), walk(1.0), walk(100.0)])
-    assert told[0] is not None
-    assert told[0].times_usual <= GREATEST_TIMES / STEP
+    assert times_of(told_of([walk(1.0), walk(1.0), walk(1.0), walk(100.0)]))[0] <= 2
 
 
 def test_walks_that_tell_nothing_are_told_nothing_and_tell_nothing() -> None:
-    assert noise_of_other_walks([]) == []
-    assert noise_of_other_walks([walk(3.0)]) == [None]
-    assert noise_of_other_walks([walk(3.0), walk(3.0, numbers=0.0)])[0] is None
-    alone, beside = (
-        noise_of_other_walks([walk(1.0), walk(3.0)]),
-        noise_of_other_walks([walk(1.0), walk(3.0), walk(9.0, 0.0)]),
-    )
-    assert beside[:2] == alone
+    assert told_of([]) == []
+    assert told_of([walk(3.0)]) == [None]
+    assert told_of([walk(3.0), walk(3.0, numbers=0.0)])[1] is not None
+    assert told_of([walk(3.0), walk(3.0, numbers=0.0)])[0] is None
+    assert told_of([walk(1.0), walk(3.0), walk(9.0, 0.0)])[:2] == told_of([walk(1.0), walk(3.0)])
+
+
+def test_other_devices_of_a_survey_tell_less_than_a_device_s_own_walks() -> None:
+    devices = ["one", *["other"] * 5]
+    of_others = noise_of_other_walks(devices, [walk(3.0)] * 6)[0]
+    of_own = noise_of_other_walks(["one"] * 6, [walk(3.0)] * 6)[0]
+    assert of_others is not None
+    assert of_own is not None
+    assert 1.0 < of_others.times_usual <= of_own.times_usual
+    assert of_others.effective_observations < of_own.effective_observations
+
+
+@given(order=st.permutations(range(7)))
+def test_the_order_of_the_walks_changes_nothing(order: list[int]) -> None:
+    devices = ["a", "a", "b", "b", "b", "c", "a"]
+    walks = [walk(0.3 * (1 + number), 3.0 + number) for number in range(7)]
+    told = noise_of_other_walks(devices, walks)
+    other = noise_of_other_walks([devices[i] for i in order], [walks[i] for i in order])
+    assert other == [told[i] for i in order]
 
 
 def test_what_is_told_is_rounded_and_never_counts_as_more_than_walks_are_alike() -> None:
-    many = noise_of_other_walks([walk(1.3, 1000.0)] * 50)[0]
+    many = told_of([walk(1.3, 1000.0)] * 50)[0]
     assert many is not None
     assert many.effective_observations == 10.0
     assert many.effective_observations % STEP_OBSERVATIONS == 0
     steps = np.log(many.times_usual) / np.log(STEP)
     np.testing.assert_allclose(steps, np.rint(steps))
-    assert noise_of_other_walks([walk(1.3, 1000.0)] * 51)[0] == many
+    assert told_of([walk(1.3, 1000.0)] * 51)[0] == many
 
 
 def mapped(told: TrackerNoise | None, laps: float, marks: int = 8) -> SolvedWalk:
@@ -105,7 +128,7 @@ def test_sheets_stay_as_they_are() -> None:
 
 def test_levels_of_a_walk_in_its_own_frame_can_be_told() -> None:
     levels = [solve_in_own_frame(loops(seed, USUAL, marks=6, laps=3).observations()).noise for seed in range(3)]
-    assert all(one is not None and 0.5 <= one.times_usual <= 2 for one in noise_of_other_walks(levels))
+    assert all(0.5 <= times <= 2 for times in times_of(told_of([level.evidence for level in levels])))
 
 
 def test_weights_carry_what_was_told() -> None:

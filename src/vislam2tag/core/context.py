@@ -132,7 +132,7 @@ class PlaceTies:
 
 @dataclass(frozen=True)
 class TrackerNoise:
-    """How noisy a device's tracker is by its other walks.
+    """How noisy a walk's tracker is by other walks of its device, and by other devices of the survey.
 
     It sees landmarks, and drifts, ``times_usual`` as badly as usual (standard deviations); for a further walk that
     counts as much as so many ``effective_observations``.

@@ -78,27 +78,37 @@ SLOW = 0.3
 """... and the second is at least this long compared with the first."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class StoppingRule:
+    """When an iteration ends: after ``most_rounds``, or, not before ``least_rounds``, close to its limit.
+
+    A small step does not mean that the limit is close: if each step is ``rate`` times as long as the one before, steps
+    of the total length ``size * rate / (1 - rate)`` remain. The limit is close when that is below the ``tolerance``.
+    The rate is that of the last two steps, or ``least_rate`` if that is larger; after one step it is ``first_rate`` (1:
+    not known).
+    """
+
+    tolerance: float
+    most_rounds: int
+    least_rounds: int = 1
+    """More than 1 where a first caution has yet to wear off."""
+    least_rate: float = LEAST_RATE
+    first_rate: float = 1.0
+
+
 def iterate(
     what: str,
     start: _State,
     step: Callable[[_State, int], _State],
     moved: Callable[[_State, _State], float | _Change],
+    rule: StoppingRule,
     *,
-    tolerance: float,
-    most_rounds: int,
-    least_rounds: int = 1,
-    least_rate: float = LEAST_RATE,
-    first_rate: float = 1.0,
     long_step: Callable[[_State, int, float], _State] | None = None,
     logged: bool = True,
 ) -> IterationResult[_State]:
     """Repeat ``step``, which takes a state and the number of the round (from 1), until the limit is close.
 
-    ``moved`` gives the change from one state to the next, a number or an array (k,), in the unit of ``tolerance``. A
-    small step does not mean that the limit is close: if each step is ``rate`` times as long as the one before, steps of
-    the total length ``size * rate / (1 - rate)`` remain. The iteration has converged when that is below the tolerance.
-    The rate is that of the last two steps, or ``least_rate`` if that is larger; after one step it is ``first_rate`` (1:
-    not known). Before ``least_rounds``, as where a first caution has yet to wear off, no one asks.
+    ``moved`` gives the change from one state to the next, a number or an array (k,), in the unit of the tolerance.
 
     ``long_step`` takes a step that is a number of times as long. If it is given, every third step is made longer where
     the two before it point the same way. It never turns back or sideways, so it ends where short steps end, unlike a
@@ -108,27 +118,32 @@ def iterate(
     Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
     last: _Change | None = None
-    state, remaining, times, slowest = start, inf, 1.0, least_rate
-    for number in range(1, most_rounds + 1):
+    state, remaining, times, slowest = start, inf, 1.0, rule.least_rate
+    for number in range(1, rule.most_rounds + 1):
         if times > 1 and long_step is not None:
             state, last = long_step(state, number, times), None
-            slowest, times = max(least_rate, 1 - 1 / times), 1.0
+            slowest, times = max(rule.least_rate, 1 - 1 / times), 1.0
             continue
         before, state = state, step(state, number)
         movement = np.atleast_1d(np.asarray(moved(before, state)))
         size = float(np.abs(movement).max(initial=0.0))
-        rate = max(slowest, first_rate if last is None else _rate(last, movement))
+        if size == inf:
+            remaining, last = inf, None
+            continue
+        rate = max(slowest, rule.first_rate if last is None else _rate(last, movement))
         remaining = size * rate / (1 - rate) if rate < 1 else inf
-        if size < NEGLIGIBLE * tolerance:
+        if size < NEGLIGIBLE * rule.tolerance:
             remaining = size
-        if number >= least_rounds and remaining < tolerance:
+        if number >= rule.least_rounds and remaining < rule.tolerance:
             return IterationResult(state, number, remaining, converged=True)
         if last is not None:
-            times, slowest = (_times(last, movement) if number >= least_rounds else 1.0), least_rate
-        last = movement if NEGLIGIBLE * tolerance < size < inf else None
+            times, slowest = (_times(last, movement) if number >= rule.least_rounds else 1.0), rule.least_rate
+        last = movement if size > NEGLIGIBLE * rule.tolerance else None
     if logged:
-        _log.warning("%s did not converge: %d iterations ended about %.2g from the limit", what, most_rounds, remaining)
-    return IterationResult(state, most_rounds, remaining, converged=False)
+        _log.warning(
+            "%s did not converge: %d iterations ended about %.2g from the limit", what, rule.most_rounds, remaining
+        )
+    return IterationResult(state, rule.most_rounds, remaining, converged=False)
 
 
 def _rate(last: _Change, movement: _Change) -> float:

@@ -20,7 +20,7 @@ import polars as pl
 from scipy.sparse import csr_array
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.robust import iterate
+from vislam2tag.core.robust import StoppingRule, iterate
 from vislam2tag.datasets.model import Dataset, RunningTotal, each_session
 
 CELL_M = 2.0
@@ -235,7 +235,7 @@ def _robust_offsets(shared: pl.DataFrame, devices: list[str]) -> dict[str, float
 
     start = _solved(shared, devices)
     what = "the signal level offsets of devices in two surveys"
-    return iterate(what, start, step, moved_db, tolerance=_SMALL_DB, most_rounds=_MOST_ROUNDS).state
+    return iterate(what, start, step, moved_db, StoppingRule(tolerance=_SMALL_DB, most_rounds=_MOST_ROUNDS)).state
 
 
 def _solved(shared: pl.DataFrame, devices: list[str]) -> dict[str, float]:

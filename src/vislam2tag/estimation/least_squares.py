@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.core.robust import Caution, IterationResult, iterate, variance_factor
+from vislam2tag.core.robust import Caution, IterationResult, StoppingRule, iterate, variance_factor
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -227,9 +227,7 @@ def solve_robustly(measurements: Sequence[Differences], start: FloatArray) -> It
         start,
         step,
         lambda before, after: float(np.abs(after - before).max(initial=0.0)),
-        tolerance=SETTLED_M,
-        most_rounds=MOST_ROUNDS,
-        least_rounds=WIDENED.rounds,
+        StoppingRule(tolerance=SETTLED_M, most_rounds=MOST_ROUNDS, least_rounds=WIDENED.rounds),
     )
 
 

@@ -27,10 +27,13 @@ from vislam2tag.estimation.tracker_errors import (
     SIGHTING_DOF,
     USUAL,
     DriftSource,
+    NoiseEvidence,
     NoiseLevels,
     assumed,
 )
 
+BROKEN_STRETCHES = 3.0
+"""With so many stretches on which the tracker broke, a walk's sightings show half as much of their own errors."""
 FEWEST_OBSERVATIONS = 1.75
 """Minimum of the effective observations behind the level of sightings, for walks past two or three landmarks."""
 
@@ -162,6 +165,17 @@ def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> No
         sheet_rad=sheet.level(USUAL.sheet_rad, PRIOR_WEIGHT),
         sighting_observations=sighting.effective_observations,
         drift_observations={source: found.effective_observations for source, found in drift.items()},
+        evidence=_evidence(
+            {USUAL.sighting_m: sighting, **{USUAL.level(source): drift[source] for source in ESTIMATED}}
+        ),
+    )
+
+
+def _evidence(estimates: dict[float, _LevelEstimate]) -> NoiseEvidence:
+    """Sum of what the estimates show, whose usual levels are the keys."""
+    return NoiseEvidence(
+        sum(found.effective_observations for found in estimates.values()),
+        sum(found.squares / usual**2 for usual, found in estimates.items()),
     )
 
 
@@ -198,9 +212,8 @@ def _common_scale(estimates: dict[float, _LevelEstimate], prior_observations: fl
 
     A factor of 1 has the weight of this number of observations.
     """
-    squares = sum(found.squares / prior**2 for prior, found in estimates.items())
-    observations = sum(found.effective_observations for found in estimates.values())
-    return _LevelEstimate(observations, squares).level(1.0, prior_observations)
+    shown = _evidence(estimates)
+    return _LevelEstimate(shown.observations, shown.squares).level(1.0, prior_observations)
 
 
 def equivalent_variances(model: Model, factors: VarianceFactors) -> VarianceFactors:
@@ -210,8 +223,13 @@ def equivalent_variances(model: Model, factors: VarianceFactors) -> VarianceFact
     itself is also uncertain, because it follows from few observations. With a variance that is a mean square of n
     numbers, the predictive distribution is Student's t with n degrees of freedom (Gelman et al. 2013, section 3.2). For
     sightings the heavier of both distributions is used.
+
+    Where the tracker broke, sightings first show what it did there, and less of their own errors. In generated walks
+    that broke on three stretches they count for half.
     """
-    known = assumed(factors.prior_noise)[1] + factors.noise.sighting_observations
+    broken = int(np.count_nonzero(model.ranks[DriftSource.JUMP]))
+    shown = factors.noise.sighting_observations / (1 + broken / BROKEN_STRETCHES)
+    known = assumed(factors.prior_noise)[1] + shown
     return replace(
         factors,
         stretch={

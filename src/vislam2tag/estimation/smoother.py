@@ -36,7 +36,7 @@ import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
-from vislam2tag.core.robust import Caution, iterate
+from vislam2tag.core.robust import Caution, StoppingRule, iterate
 from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, heading_origin, landmark_origin
 from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes
@@ -101,9 +101,7 @@ def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:
         reweight_until_converged(walk, tolerance),
         about_path_found,
         _sigmas_between,
-        tolerance=tolerance,
-        most_rounds=MOST_RELINEARISATIONS,
-        first_rate=RATE_OF_PATHS,
+        StoppingRule(tolerance=tolerance, most_rounds=MOST_RELINEARISATIONS, first_rate=RATE_OF_PATHS),
     )
     linear = done.state.linear
     stated = equivalent_variances(linear.model, linear.variance_factors)
@@ -132,11 +130,13 @@ def reweight_until_converged(
         start or solve_with(walk.variance_factors, 0),
         step,
         _sigmas_between,
-        tolerance=tolerance,
-        most_rounds=MOST_ROUNDS,
-        least_rounds=caution.rounds,
-        least_rate=LEAST_RATE,
-        first_rate=FIRST_RATE,
+        StoppingRule(
+            tolerance=tolerance,
+            most_rounds=MOST_ROUNDS,
+            least_rounds=caution.rounds,
+            least_rate=LEAST_RATE,
+            first_rate=FIRST_RATE,
+        ),
         long_step=step,
     )
     return replace(done.state, unreached_sigmas=done.unreached)

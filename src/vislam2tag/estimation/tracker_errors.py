@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from math import inf, log, sqrt
+from math import inf, log
 
 import numpy as np
 
@@ -44,6 +44,16 @@ ESTIMATED = (DriftSource.POSITION, DriftSource.HEADING, DriftSource.SCALE)
 
 
 @dataclass(frozen=True)
+class NoiseEvidence:
+    """What a walk shows of its tracker's noise: the sum of ``squares`` of its drift and sightings, in usual variances,
+    and the effective number of ``observations`` in it.
+    """
+
+    observations: float = 0.0
+    squares: float = 0.0
+
+
+@dataclass(frozen=True)
 class NoiseLevels:
     """Standard deviations of one session.
 
@@ -60,6 +70,8 @@ class NoiseLevels:
     """Number of effective observations behind the level of sightings; infinite if it is given."""
     drift_observations: dict[DriftSource, float] = field(default_factory=dict)
     """... and behind that of each drift; missing ones are given."""
+    evidence: NoiseEvidence = NoiseEvidence()
+    """What the walk shows of all of them, without the prior."""
 
     def level(self, source: DriftSource) -> float:
         """Standard deviation that scales the drift of this source."""
@@ -132,10 +144,10 @@ DOUBTED = 2.0
 ALIKE_OBSERVATIONS = 10.0
 """Limit of the weight of a walk's noise for another walk, in that walk's observations: walks of a device differ by
 about a quarter (standard deviation)."""
-USUAL_OBSERVATIONS = 3.0
-"""Weight of the usual noise for a device, in observations."""
-GREATEST_TIMES = 4.0
-"""Largest factor of a walk's noise over the usual (standard deviation); beyond, its tracker failed."""
+DEVICES_SPREAD, SURVEYS_SPREAD = 0.5, 0.6
+"""Standard deviations of the logarithm of a device's noise about its survey's, and of a survey's about the usual."""
+LOG_TIMES = np.linspace(-log(8.0), log(8.0), 97)
+"""Logarithms of the noises over the usual that are compared; beyond, a tracker failed."""
 STEP = 2**0.5
 """The result of other walks is rounded to powers of this ..."""
 STEP_OBSERVATIONS = 2.0
@@ -143,36 +155,44 @@ STEP_OBSERVATIONS = 2.0
 often."""
 
 
-def noise_of_other_walks(walks: Sequence[NoiseLevels]) -> list[TrackerNoise | None]:
-    """For each walk of a device its noise by the estimated levels of the others; None if these show almost nothing."""
-    known = np.array([_known(walk) for walk in walks]).reshape(-1, 2)
-    return [_tracker_noise(*np.delete(known, number, axis=0).sum(axis=0).tolist()) for number in range(len(walks))]
+def noise_of_other_walks(devices: Sequence[str], walks: Sequence[NoiseEvidence]) -> list[TrackerNoise | None]:
+    """For each walk of a survey, with its device, its noise by all others; None if these show almost nothing.
+
+    Empirical Bayes over three levels. A device's noise is about the survey's, log-normal; a walk's variance about its
+    device's is scaled inverse chi-squared with :data:`ALIKE_OBSERVATIONS` degrees of freedom. Posteriors are sums over
+    :data:`LOG_TIMES`, so they do not depend on the order of the walks.
+    """
+    shown = [_log_likelihood(walk) for walk in walks]
+    own = {name: [each for device, each in zip(devices, shown, strict=True) if device == name] for name in devices}
+    apart = LOG_TIMES - LOG_TIMES[:, None]
+    spread = -((apart / DEVICES_SPREAD) ** 2) / 2
+    of_survey = {name: np.logaddexp.reduce(spread + sum(walks_of), axis=1) for name, walks_of in sorted(own.items())}
+    told = []
+    for device, walk in zip(devices, shown, strict=True):
+        survey = -((LOG_TIMES / SURVEYS_SPREAD) ** 2) / 2
+        survey = survey + sum(each for name, each in of_survey.items() if name != device)
+        others = np.logaddexp.reduce(spread + survey[:, None], axis=0) + sum(own[device]) - walk
+        told.append(_tracker_noise(others))
+    return told
 
 
-def _known(walk: NoiseLevels) -> tuple[float, float]:
-    """Weight of a walk's drift and sightings for others, in observations, and their sum of squares in usual ones."""
-    kinds = [(walk.sighting_observations, walk.sighting_m / USUAL.sighting_m)]
-    kinds += [(walk.drift_observations[source], walk.level(source) / USUAL.level(source)) for source in ESTIMATED]
-    observations = sum(own for own, _ in kinds)
-    if observations == 0:
-        return 0.0, 0.0
-    mean_square = sum(own * times**2 for own, times in kinds) / observations
-    counted = _for_others(observations)
-    return counted, counted * min(mean_square, GREATEST_TIMES**2)
+def _log_likelihood(walk: NoiseEvidence) -> FloatArray:
+    """(g,) of :data:`LOG_TIMES`, by what one walk shows."""
+    relative = walk.squares / ALIKE_OBSERVATIONS * np.exp(-2 * LOG_TIMES)
+    tail = (ALIKE_OBSERVATIONS + walk.observations) / 2 * np.log1p(relative)
+    return np.asarray(-walk.observations * LOG_TIMES - tail)
 
 
-def _for_others(observations: float) -> float:
-    """Weight of these observations for another walk of the device."""
-    return ALIKE_OBSERVATIONS * observations / (ALIKE_OBSERVATIONS + observations)
-
-
-def _tracker_noise(observations: float, squares: float) -> TrackerNoise | None:
-    """The noise of a further walk from this number of observations and sum of squares, in usual ones, rounded."""
-    rounded = STEP_OBSERVATIONS * round((PRIOR_WEIGHT + _for_others(observations)) / STEP_OBSERVATIONS)
-    if not rounded:
-        return None
-    times = sqrt((USUAL_OBSERVATIONS + squares) / (USUAL_OBSERVATIONS + observations))
-    return TrackerNoise(STEP ** round(log(times) / log(STEP)), rounded)
+def _tracker_noise(log_probability: FloatArray) -> TrackerNoise | None:
+    """The noise of a further walk, rounded, from logarithms of the probabilities (g,) of :data:`LOG_TIMES`."""
+    probability = np.exp(log_probability - log_probability.max())
+    probability /= probability.sum()
+    mean = float(probability @ LOG_TIMES)
+    variance = float(probability @ (LOG_TIMES - mean) ** 2)
+    # The logarithm of a level that follows from n observations has the variance 1 / (2 n).
+    observations = 1 / (1 / ALIKE_OBSERVATIONS + 2 * variance)
+    rounded = STEP_OBSERVATIONS * round(observations / STEP_OBSERVATIONS)
+    return TrackerNoise(STEP ** round(mean / log(STEP)), rounded) if rounded else None
 
 
 STATES = 4

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.robust import iterate, variance_factor
+from vislam2tag.core.robust import StoppingRule, iterate, variance_factor
 from vislam2tag.positioning.places import Positions, ScanPlaces
 from vislam2tag.positioning.radio_scans import RadioScans
 
@@ -122,8 +122,7 @@ def _smoothed_walk(answer: Positions, time_ns: IntArray, track_m: FloatArray) ->
         solved(alone, trust),
         reweighted,
         lambda before, after: float(np.abs(after.xy - before.xy).max()),
-        tolerance=_SETTLED_M,
-        most_rounds=_MOST_ROUNDS,
+        StoppingRule(tolerance=_SETTLED_M, most_rounds=_MOST_ROUNDS),
     ).state
     together_m = np.sqrt(_variance(alone / _ANSWERS_AS_ONE, found.step_weight))
     shrunk = np.where(known, np.minimum(sigma_m, together_m), together_m)

@@ -27,7 +27,7 @@ from scipy.special import ellipe
 
 from vislam2tag.common.findings import Answer, Judgement, counted, none_mapped
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.robust import iterate, variance_factor
+from vislam2tag.core.robust import StoppingRule, iterate, variance_factor
 from vislam2tag.estimation.fault_detection import CERTAIN_SIGMAS, LEAST_M, discrepancy
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk, solve_walk
@@ -245,8 +245,7 @@ def pooled(offset: FloatArray, covariance: FloatArray, survey: FloatArray) -> Po
         (np.median(offset, axis=0), survey),
         weighted_mean,
         lambda before, after: float(np.hypot(*(after[0] - before[0]))),
-        tolerance=SETTLED_M,
-        most_rounds=MOST_ROUNDS,
+        StoppingRule(tolerance=SETTLED_M, most_rounds=MOST_ROUNDS),
     )
     common, spread = done.state
     squares = _squares(worth, offset - common)

@@ -13,7 +13,7 @@ from math import inf, pi, remainder
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.core.robust import iterate
+from vislam2tag.core.robust import StoppingRule, iterate
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.dead_reckoning.factors import HEADING, STATES, PathModel, PathState, WalkFixes
 from vislam2tag.estimation.least_squares import most_probable, solve
@@ -157,8 +157,7 @@ def _fitted(model: PathModel, fixes: WalkFixes, start: PathState) -> _Fitted:
         _Step(start, np.array(inf + 0j), 0.0),
         step,
         lambda _, after: after.moved,
-        tolerance=CLOSE_M,
-        most_rounds=ROUNDS,
+        StoppingRule(tolerance=CLOSE_M, most_rounds=ROUNDS),
         long_step=step,
         logged=False,
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray, of_landmarks
-from vislam2tag.core.robust import Caution, iterate, variance_factor
+from vislam2tag.core.robust import Caution, StoppingRule, iterate, variance_factor
 from vislam2tag.core.transforms import wrapped
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors
 from vislam2tag.estimation.landmark_survey.local_map import Chart, LinearMap, LocalMap, tied_to_survey
@@ -121,9 +121,7 @@ def join(maps: Sequence[LocalMap], priors: LandmarkPriors, settled_m: float = SE
         solved(replace(start, doubts=start.doubts.cautious(CAUTION.at(0)))),
         step,
         moved_m,
-        tolerance=settled_m,
-        most_rounds=MOST_ROUNDS,
-        least_rounds=CAUTION.rounds,
+        StoppingRule(tolerance=settled_m, most_rounds=MOST_ROUNDS, least_rounds=CAUTION.rounds),
     )
     return solved_anew(replace(done.state, converged=done.converged), Doubts.expected)
 
@@ -327,7 +325,6 @@ def _joined_again(trial: LandmarkMap) -> LandmarkMap:
         solved(trial),
         lambda before, _: solved_anew(before),
         moved_m,
-        tolerance=CHANGE_SETTLED_M,
-        most_rounds=MOST_ROUNDS,
+        StoppingRule(tolerance=CHANGE_SETTLED_M, most_rounds=MOST_ROUNDS),
     )
     return solved_anew(done.state, Doubts.expected)

@@ -177,13 +177,10 @@ def told_tasks(
 
 
 def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, TrackerNoise | None]:
-    """Tracker noise of a session according to other sessions of its device on any floor."""
-    known = [(session.key, session.noise) for session in mapped if session.noise is not None]
-    told: dict[SessionKey, TrackerNoise | None] = {}
-    for device in {key.device for key, _ in known}:
-        own = [(key, noise) for key, noise in known if key.device == device]
-        told |= zip([key for key, _ in own], noise_of_other_walks([noise for _, noise in own]), strict=True)
-    return told
+    """Tracker noise of a session according to the others, of its device and of other devices, on any floor."""
+    known = sorted((session.key, session.noise.evidence) for session in mapped if session.noise is not None)
+    keys, evidence = [key for key, _ in known], [shown for _, shown in known]
+    return dict(zip(keys, noise_of_other_walks([key.device for key in keys], evidence), strict=True))
 
 
 def goes_far(session: ReducedSession, told: ToldLandmarks) -> bool:

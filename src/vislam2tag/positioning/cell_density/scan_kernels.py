@@ -25,7 +25,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from vislam2tag.core.arrays import AnyArray, BoolArray, FloatArray, IntArray
-from vislam2tag.core.robust import iterate
+from vislam2tag.core.robust import StoppingRule, iterate
 from vislam2tag.positioning.radio_scans import CheckedArrays, RadioScans, Representation, represented
 
 EXPONENT = 1.7
@@ -220,7 +220,11 @@ def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolA
 
     nobody = np.zeros(len(scans), dtype=np.bool_)
     return iterate(
-        "the search for scans that others contradict", nobody, step, _changed, tolerance=1, most_rounds=_MOST_ROUNDS
+        "the search for scans that others contradict",
+        nobody,
+        step,
+        _changed,
+        StoppingRule(tolerance=1, most_rounds=_MOST_ROUNDS),
     ).state
 
 

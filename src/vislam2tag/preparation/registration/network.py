@@ -18,7 +18,7 @@ import networkx as nx
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
-from vislam2tag.core.robust import iterate
+from vislam2tag.core.robust import StoppingRule, iterate
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.preparation.registration.least_squares import (
     Adjusted,
@@ -123,8 +123,7 @@ def adjust_plane(
         (adjusted, math.inf),
         step,
         lambda _, after: after[1],
-        tolerance=SMALL_M,
-        most_rounds=rounds,
+        StoppingRule(tolerance=SMALL_M, most_rounds=rounds),
         logged=False,
     )
     if not done.converged:
