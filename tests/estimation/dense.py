@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.estimation.factors import FREE_SCALE, LEAST_DRIFT, Model, VarianceFactors
+from vislam2tag.estimation.factors import FREE_SCALE, LEAST_DRIFT, Model
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors
 from vislam2tag.estimation.least_squares import NormalEquations
-from vislam2tag.estimation.tracker_errors import SCALE_SIGMA, DriftSource
+from vislam2tag.estimation.tracker_errors import SCALE_SIGMA, DriftSource, VarianceFactors
 
 STATES = 4
 X_AND_Y = np.eye(STATES)[:, :2]

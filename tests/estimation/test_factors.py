@@ -16,13 +16,12 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.factors import (
     LinearWalk,
     Model,
-    VarianceFactors,
     landmark_origin,
     sighting_variance,
 )
 from vislam2tag.estimation.landmark_priors import LandmarkPriors, survey_precisions
 from vislam2tag.estimation.least_squares import solve
-from vislam2tag.estimation.tracker_errors import USUAL, DriftSource, NoiseLevels
+from vislam2tag.estimation.tracker_errors import USUAL, DriftSource, NoiseLevels, VarianceFactors
 
 
 @pytest.mark.parametrize("which", range(4))

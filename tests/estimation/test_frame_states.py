@@ -19,12 +19,12 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import camera_to_bcs
 from vislam2tag.estimation import factors
 from vislam2tag.estimation import frame_states as bridge
-from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
+from vislam2tag.estimation.factors import LinearWalk, Model
 from vislam2tag.estimation.frame_states import KNOT_S, ExposureInterpolation, beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import solve
 from vislam2tag.estimation.smoother import SolvedWalk
-from vislam2tag.estimation.tracker_errors import USUAL, NoiseLevels
+from vislam2tag.estimation.tracker_errors import USUAL, NoiseLevels, VarianceFactors
 
 WORTHLESS_M = 1e4
 LIVELY = NoiseLevels(position_m=0.05, heading_rad=0.01, scale=0.005, sighting_m=0.05, sheet_rad=0.02)

@@ -14,7 +14,7 @@ from tests.estimation.test_factors import linearised
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.context import TrackerNoise
 from vislam2tag.estimation import reweighting
-from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, VarianceFactors, sighting_variance
+from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import solve
 from vislam2tag.estimation.reweighting import (
@@ -36,6 +36,7 @@ from vislam2tag.estimation.tracker_errors import (
     USUAL,
     DriftSource,
     NoiseLevels,
+    VarianceFactors,
 )
 
 CALM = NoiseLevels(position_m=0.008, heading_rad=0.0015, scale=0.001, sighting_m=0.045, sheet_rad=0.015)

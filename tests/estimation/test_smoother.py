@@ -16,12 +16,12 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation import smoother
-from vislam2tag.estimation.factors import LinearWalk, VarianceFactors
+from vislam2tag.estimation.factors import LinearWalk
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import solve
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk, solve_with_ties
-from vislam2tag.estimation.tracker_errors import NoiseLevels
+from vislam2tag.estimation.tracker_errors import NoiseLevels, VarianceFactors
 from vislam2tag.quality.evaluation.reliability import region_probability
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from tests.drifting import loops
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.context import TrackerNoise
-from vislam2tag.estimation.factors import VarianceFactors
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk
 from vislam2tag.estimation.tracker_errors import (
@@ -27,6 +26,7 @@ from vislam2tag.estimation.tracker_errors import (
     DriftAlong,
     DriftKind,
     NoiseEvidence,
+    VarianceFactors,
     noise_of_other_walks,
     transitions,
 )

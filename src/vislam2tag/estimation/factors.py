@@ -20,7 +20,6 @@ from functools import cached_property
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vislam2tag.core.context import TrackerNoise
 from vislam2tag.core.transforms import wrapped
 from vislam2tag.estimation.landmark_priors import FREE_M, FREE_RAD, LandmarkPriors, survey_precisions
 from vislam2tag.estimation.least_squares import NormalEquations, Solution
@@ -33,6 +32,7 @@ from vislam2tag.estimation.tracker_errors import (
     DriftSource,
     NoiseLevels,
     PathDriftSums,
+    VarianceFactors,
     transitions,
 )
 
@@ -57,8 +57,6 @@ ROUGH_KINDS = {
 """If the heading is not even roughly known, heading and scale drift alike, which makes the model linear in both."""
 LEAST_DRIFT = np.diag([1e-6, 1e-6, 1e-10, 1e-10])
 """Smallest drift of a stretch; 1 mm and 0.01 mrad keep the equations regular."""
-FARTHEST = 1.0
-"""Largest change of a level's or factor's natural logarithm by a lengthened step."""
 NEGLIGIBLE = 1e-6
 """An eigenvalue below this share of the trace counts as zero: there is no drift in its direction."""
 
@@ -204,61 +202,6 @@ def _ranks(covariance: FloatArray) -> IntArray:
     trace = np.trace(covariance, axis1=1, axis2=2)
     values = np.linalg.eigvalsh(covariance)
     return np.asarray(np.sum(values > NEGLIGIBLE * np.maximum(trace, 1e-12)[:, None], axis=1))
-
-
-@dataclass(frozen=True)
-class VarianceFactors:
-    """Noise levels, and factors on the variances of single observations (Student's t).
-
-    The larger its factor, the smaller the weight of an observation. ``stretch`` (p + 1,) for each source of drift,
-    """
-
-    noise: NoiseLevels
-    stretch: dict[DriftSource, FloatArray]
-    sighting: FloatArray
-    sheet: FloatArray
-    landmark: FloatArray
-    prior_noise: TrackerNoise | None = None
-    """Noise of the tracker from other walks of its device; None: the usual noise is assumed."""
-
-    @classmethod
-    def even(
-        cls, noise: NoiseLevels, passes: int, landmarks: int, prior_noise: TrackerNoise | None = None
-    ) -> VarianceFactors:
-        """Give all observations the same weight: every factor is 1."""
-        stretch = {source: np.ones(passes + 1) for source in DriftSource}
-        return cls(noise, stretch, np.ones(passes), np.ones(passes), np.ones(landmarks), prior_noise)
-
-    def beyond(self, other: VarianceFactors, times: float) -> VarianceFactors:
-        """Go from these through others (``times`` 1) and on, in logarithms, until one number has changed by
-        :data:`FARTHEST`.
-        """
-        ends = other._numbers
-        changes = [np.log(end / start) for start, end in zip(self._numbers, ends, strict=True)]
-        farthest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
-        if farthest == 0:
-            return other
-        more = max(0.0, min(times, FARTHEST / farthest) - 1)
-        noise, *stretch, sighting, sheet, landmark = (
-            end * np.exp(more * change) for end, change in zip(ends, changes, strict=True)
-        )
-        return VarianceFactors(
-            other.noise.with_levels(noise),
-            dict(zip(other.stretch, stretch, strict=True)),
-            sighting,
-            sheet,
-            landmark,
-            other.prior_noise,
-        )
-
-    @property
-    def _numbers(self) -> list[FloatArray]:
-        return [self.noise.levels, *self.stretch.values(), self.sighting, self.sheet, self.landmark]
-
-    @cached_property
-    def stretch_scale(self) -> FloatArray:
-        """(s, p + 1) factor on the variance of each source's drift over each stretch, relative to unit level."""
-        return np.stack([self.noise.level(source) ** 2 * self.stretch[source] for source in DriftSource])
 
 
 @dataclass(frozen=True)

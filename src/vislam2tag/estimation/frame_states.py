@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, VarianceFactors
+from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import Solution
-from vislam2tag.estimation.tracker_errors import DOUBTED, STATES, DriftSource, transitions
+from vislam2tag.estimation.tracker_errors import DOUBTED, STATES, DriftSource, VarianceFactors, transitions
 
 KNOT_S = 0.25
 """Interval of the computed states, which are also at all nodes and at both ends of every jump, slip and pause; linear

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.robust import variance_factor
-from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
+from vislam2tag.estimation.factors import LinearWalk, Model, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import Solution
 from vislam2tag.estimation.tracker_errors import (
@@ -29,6 +29,7 @@ from vislam2tag.estimation.tracker_errors import (
     DriftSource,
     NoiseEvidence,
     NoiseLevels,
+    VarianceFactors,
     assumed,
 )
 

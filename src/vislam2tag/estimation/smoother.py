@@ -38,13 +38,13 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies, TrackerNoise
 from vislam2tag.core.robust import Caution, StoppingRule, iterate
 from vislam2tag.core.transforms import as_complex, as_points
-from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, heading_origin, landmark_origin
+from vislam2tag.estimation.factors import LinearWalk, Model, heading_origin, landmark_origin
 from vislam2tag.estimation.frame_states import beside_the_survey, states_between_nodes
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import Solution, solve
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.reweighting import equivalent_variances, expected_squares, reweighted
-from vislam2tag.estimation.tracker_errors import NoiseLevels, assumed
+from vislam2tag.estimation.tracker_errors import NoiseLevels, VarianceFactors, assumed
 
 CONVERGED_SIGMAS = 0.03
 """Re-weighting has converged when no node is farther than this from the limit, in its standard deviations, and these
@@ -83,10 +83,18 @@ def solve_walk(
     does. At first the tracker's noise is assumed to be usual, or as other walks of its device show it
     (``prior_noise``).
     """
+    start = first_problem(observations, priors, prior_noise)
+    return None if start is None else relinearise_until_converged(start)
+
+
+def first_problem(
+    observations: WalkObservations, priors: LandmarkPriors, prior_noise: TrackerNoise | None = None
+) -> LinearWalk | None:
+    """Place a walk roughly in the BCS; None if it has no connection to it."""
     passed = np.intersect1d(np.flatnonzero(priors.surveyed), observations.passes.landmark)
     apart = _extent_m(priors.position[passed]) > LEAST_BASE_M
     start = _with_free_heading(observations, priors, prior_noise) if apart else _headed_by_a_sheet(observations, priors)
-    return None if start is None else relinearise_until_converged(initial_problem(start, priors, prior_noise))
+    return None if start is None else initial_problem(start, priors, prior_noise)
 
 
 def relinearise_until_converged(walk: LinearWalk) -> SolvedWalk:

@@ -195,6 +195,66 @@ def _tracker_noise(log_probability: FloatArray) -> TrackerNoise | None:
     return TrackerNoise(STEP ** round(mean / log(STEP)), rounded) if rounded else None
 
 
+FARTHEST = 1.0
+"""Largest change of a level's or factor's natural logarithm by a lengthened step."""
+
+
+@dataclass(frozen=True)
+class VarianceFactors:
+    """Noise levels, and factors on the variances of single observations (Student's t).
+
+    The larger its factor, the smaller the weight of an observation. ``stretch`` (p + 1,) for each source of drift,
+    ``sighting`` (p,), ``sheet`` (p,) for a sheet's heading, ``landmark`` (m,) for its survey.
+    """
+
+    noise: NoiseLevels
+    stretch: dict[DriftSource, FloatArray]
+    sighting: FloatArray
+    sheet: FloatArray
+    landmark: FloatArray
+    prior_noise: TrackerNoise | None = None
+    """Noise of the tracker from other walks of its device; None: the usual noise is assumed."""
+
+    @classmethod
+    def even(
+        cls, noise: NoiseLevels, passes: int, landmarks: int, prior_noise: TrackerNoise | None = None
+    ) -> VarianceFactors:
+        """Give all observations the same weight: every factor is 1."""
+        stretch = {source: np.ones(passes + 1) for source in DriftSource}
+        return cls(noise, stretch, np.ones(passes), np.ones(passes), np.ones(landmarks), prior_noise)
+
+    def beyond(self, other: VarianceFactors, times: float) -> VarianceFactors:
+        """Go from these through others (``times`` 1) and on, in logarithms, until one number has changed by
+        :data:`FARTHEST`.
+        """
+        ends = other._numbers
+        changes = [np.log(end / start) for start, end in zip(self._numbers, ends, strict=True)]
+        farthest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
+        if farthest == 0:
+            return other
+        more = max(0.0, min(times, FARTHEST / farthest) - 1)
+        noise, *stretch, sighting, sheet, landmark = (
+            end * np.exp(more * change) for end, change in zip(ends, changes, strict=True)
+        )
+        return VarianceFactors(
+            other.noise.with_levels(noise),
+            dict(zip(other.stretch, stretch, strict=True)),
+            sighting,
+            sheet,
+            landmark,
+            other.prior_noise,
+        )
+
+    @property
+    def _numbers(self) -> list[FloatArray]:
+        return [self.noise.levels, *self.stretch.values(), self.sighting, self.sheet, self.landmark]
+
+    @cached_property
+    def stretch_scale(self) -> FloatArray:
+        """(s, p + 1) factor on the variance of each source's drift over each stretch, relative to unit level."""
+        return np.stack([self.noise.level(source) ** 2 * self.stretch[source] for source in DriftSource])
+
+
 STATES = 4
 """x, y, scale, heading."""
 

@@ -21,13 +21,13 @@ from scipy.spatial import KDTree
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.transforms import as_complex
-from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors
+from vislam2tag.estimation.factors import LinearWalk, Model
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import Passes, WalkObservations
 from vislam2tag.estimation.odometry import Odometry
 from vislam2tag.estimation.reweighting import equivalent_variances
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path
-from vislam2tag.estimation.tracker_errors import USUAL
+from vislam2tag.estimation.tracker_errors import USUAL, VarianceFactors
 from vislam2tag.quality.self_check import expected_error_m
 
 PASSED_M = 0.7

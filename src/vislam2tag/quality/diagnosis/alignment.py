@@ -20,10 +20,10 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.limits import MAX_AT_ONCE, MAX_DIAGNOSED_PASSES, MAX_PAIRS
 from vislam2tag.core.transforms import as_complex, as_points
-from vislam2tag.estimation.factors import LinearWalk, Model, VarianceFactors, sighting_variance
+from vislam2tag.estimation.factors import LinearWalk, Model, sighting_variance
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.tracker_errors import SCALE_SIGMA, STATES, USUAL, transitions
+from vislam2tag.estimation.tracker_errors import SCALE_SIGMA, STATES, USUAL, VarianceFactors, transitions
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.model import SessionKey
 
