@@ -18,6 +18,7 @@ from vislam2tag.estimation.factors import LEAST_DRIFT, LinearWalk, Model, sighti
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import solve
 from vislam2tag.estimation.reweighting import (
+    BROKEN_STRETCHES,
     FEWEST_OBSERVATIONS,
     ExpectedSquares,
     NoiseSquares,
@@ -216,6 +217,19 @@ def test_a_drift_that_few_numbers_tell_is_stated_less_certain_however_many_tell_
     assert np.all(none.sighting > given.sighting)
 
 
+def test_sightings_between_breaks_are_stated_less_certain() -> None:
+    model = linearised(loops(5, USUAL, marks=6, laps=1))
+    odometry = model.observations.odometry
+    jump_m2 = np.zeros_like(odometry.jump_m2)
+    jump_m2[model.observations.nodes[1:4] + 1] = 1.0
+    broken = replace(model, observations=replace(model.observations, odometry=replace(odometry, jump_m2=jump_m2)))
+    few, many = (VarianceFactors.even(replace(USUAL, sighting_observations=n), 6, 6) for n in (5.0, 40.0))
+    assert np.count_nonzero(broken.ranks[DriftSource.JUMP]) == BROKEN_STRETCHES
+    as_if = VarianceFactors.even(replace(USUAL, sighting_observations=2.5), 6, 6)
+    np.testing.assert_allclose(equivalent_variances(broken, few).sighting, equivalent_variances(model, as_if).sighting)
+    np.testing.assert_allclose(equivalent_variances(broken, many).sighting, equivalent_variances(model, many).sighting)
+
+
 def test_the_numbers_that_tell_each_level_are_counted_for_each() -> None:
     walk = loops(3, TYPICAL, marks=8, laps=3, survey_m=0.02)
     model = linearised(walk)
@@ -225,6 +239,10 @@ def test_the_numbers_that_tell_each_level_are_counted_for_each() -> None:
     passes = len(model.observations.passes.at)
     assert passes < noise.sighting_observations < 2 * passes
     assert all(0 <= number < passes for number in noise.drift_observations.values())
+    assert noise.evidence.observations == pytest.approx(
+        noise.sighting_observations + sum(noise.drift_observations.values())
+    )
+    assert 0 < noise.evidence.squares < 4 * noise.evidence.observations
 
 
 def of_five_sigmas(model: Model) -> VarianceFactors:

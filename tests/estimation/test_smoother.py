@@ -12,6 +12,7 @@ import pytest
 
 from tests.drifting import Drifting, loops
 from tests.estimation.test_factors import linearised
+from vislam2tag.core import robust
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlaceTies
 from vislam2tag.core.transforms import as_points
@@ -20,7 +21,15 @@ from vislam2tag.estimation.factors import LinearWalk
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.least_squares import solve
 from vislam2tag.estimation.observations import Passes, WalkObservations
-from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk, solve_with_ties
+from vislam2tag.estimation.smoother import (
+    SolvedWalk,
+    first_problem,
+    mapped_path,
+    relinearise_until_converged,
+    solve_in_own_frame,
+    solve_walk,
+    solve_with_ties,
+)
 from vislam2tag.estimation.tracker_errors import NoiseLevels, VarianceFactors
 from vislam2tag.quality.evaluation.reliability import region_probability
 
@@ -248,6 +257,22 @@ def test_a_walk_in_its_own_frame_keeps_its_shape_and_maps_its_landmarks() -> Non
     sigma = np.sqrt(np.trace(smoothed.landmark_covariance(), axis1=1, axis2=2) / 2)
     assert np.argmin(sigma) == smoothed.model.observations.passes.landmark[0]
     assert np.all(np.isfinite(smoothed.landmark_heading_rad))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_walk_ends_close_to_where_short_steps_end(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without acceleration, from the same start."""
+    walk = loops(seed, TYPICAL.times(2.0), marks=6, laps=1.5, survey_m=0.02)
+    start = first_problem(walk.observations(), LandmarkPriors.of(walk.ids, walk.landmarks()))
+    assert start is not None
+    path, covariance, _ = mapped_path(relinearise_until_converged(start))
+    monkeypatch.setattr(robust, "LONGEST", 1.0)
+    for constant, value in {"LONGER": 1.0, "MOST_ROUNDS": 2000, "CONVERGED_SIGMAS": 3e-4}.items():
+        monkeypatch.setattr(smoother, constant, value)
+    limit, limit_covariance, _ = mapped_path(relinearise_until_converged(start))
+    sigma_m, limit_sigma_m = (np.sqrt(np.trace(each, axis1=1, axis2=2) / 2) for each in (covariance, limit_covariance))
+    assert (lengths(path - limit) / limit_sigma_m).max() < 0.1
+    np.testing.assert_allclose(sigma_m, limit_sigma_m, rtol=0.05)
 
 
 def test_reweighting_goes_on_until_it_has_converged_and_says_where_it_does_not(

@@ -6,6 +6,7 @@ Covariances of drift from running sums, against sums written out and against wal
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from vislam2tag.core.context import TrackerNoise
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_in_own_frame, solve_walk
 from vislam2tag.estimation.tracker_errors import (
+    FARTHEST,
     PRIOR_WEIGHT,
     STATES,
     STEP,
@@ -135,6 +137,22 @@ def test_weights_carry_what_was_told() -> None:
     told = TrackerNoise(2.0, 6.0)
     assert mapped(told, 1).variance_factors.prior_noise is told
     assert VarianceFactors.even(USUAL, 2, 1).prior_noise is None
+
+
+def test_lengthened_steps_go_on_in_logarithms_until_one_number_has_changed_by_the_most() -> None:
+    start = VarianceFactors.even(USUAL, 3, 2)
+    end = replace(start, sighting=np.array([1.1, 1.0, 0.9]), noise=USUAL.times(1.2))
+    there = start.beyond(end, 1.0)
+    np.testing.assert_allclose(there.sighting, end.sighting)
+    assert there.noise.sighting_m == pytest.approx(end.noise.sighting_m)
+    twice = start.beyond(end, 2.0)
+    np.testing.assert_allclose(twice.sighting, end.sighting**2)
+    assert twice.noise.heading_rad == pytest.approx(1.44 * USUAL.heading_rad)
+    farthest = start.beyond(end, 1000.0)
+    assert farthest.noise.position_m == pytest.approx(np.exp(FARTHEST) * USUAL.position_m)
+    far = replace(start, landmark=np.array([1.0, 100.0]))
+    np.testing.assert_allclose(start.beyond(far, 3.0).landmark, far.landmark)  # farther than that anyhow
+    assert start.beyond(start, 8.0) is start
 
 
 def wiggly(seed: int, n: int) -> tuple[ComplexArray, FloatArray]:

@@ -80,7 +80,7 @@ def solve_walk(
 
     The heading in the building must be roughly known before scale and heading errors can be small. Two surveyed
     landmarks apart give it by a first solution with free heading and scale; otherwise a sheet with a surveyed heading
-    does. At first the tracker's noise is assumed to be usual, or as other walks of its device show it
+    does. At first the tracker's noise is assumed to be usual, or as other walks of the survey show it
     (``prior_noise``).
     """
     start = first_problem(observations, priors, prior_noise)

@@ -213,7 +213,7 @@ class VarianceFactors:
     sheet: FloatArray
     landmark: FloatArray
     prior_noise: TrackerNoise | None = None
-    """Noise of the tracker from other walks of its device; None: the usual noise is assumed."""
+    """Noise of the tracker by other walks; None: the usual noise is assumed."""
 
     @classmethod
     def even(

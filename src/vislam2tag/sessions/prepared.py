@@ -59,7 +59,7 @@ class SessionTask:
     ties: PlaceTies | None = None
     """Where other sessions say that it was, by what they received; None if they do not constrain it."""
     tracker: TrackerNoise | None = None
-    """How noisy other sessions of its device say that the tracker is; None where it is mapped alone."""
+    """How noisy other sessions say that the tracker is; None where it is mapped alone."""
 
     @property
     def floor(self) -> Floor:
