@@ -64,7 +64,7 @@ def from_dense(equations: NormalEquations) -> Solution:
 
 
 @given(
-    seed=st.integers(0, 2**32 - 1), states=st.integers(1, 12), border=st.integers(1, 6), size=st.sampled_from([1, 4])
+    seed=st.integers(0, 2**32 - 1), states=st.integers(1, 40), border=st.integers(1, 6), size=st.sampled_from([1, 4])
 )
 def test_states_border_and_all_covariances_are_those_of_a_dense_solve(
     seed: int, states: int, border: int, size: int

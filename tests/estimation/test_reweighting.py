@@ -36,6 +36,7 @@ from vislam2tag.estimation.tracker_errors import (
     SIGHTING_DOF,
     USUAL,
     DriftSource,
+    NoiseEvidence,
     NoiseLevels,
     VarianceFactors,
 )
@@ -79,7 +80,7 @@ def test_without_tails_no_round_makes_the_observations_less_likely(
     monkeypatch.setattr(reweighting, "DEGREES_OF_FREEDOM", dict.fromkeys(DriftSource, 1e12))
     for name in ("SIGHTING_DOF", "SHEET_DOF", "LANDMARK_DOF"):
         monkeypatch.setattr(reweighting, name, 1e12)
-    monkeypatch.setattr(reweighting, "_common_scale", lambda *_: 1.0)  # a prior that stays where it is
+    monkeypatch.setattr(reweighting, "_evidence", lambda _: NoiseEvidence(1.0, 1.0))  # a prior that stays where it is
     walk = loops(1, truth, marks=8, laps=2, survey_m=0.02)
     priors = LandmarkPriors.of(walk.ids, walk.landmarks())
     model = linearised(walk)

@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, inf, log
-from typing import Generic, TypeAlias, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,6 @@ import numpy.typing as npt
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 
 _State = TypeVar("_State")
-_Change: TypeAlias = FloatArray | ComplexArray
 TRUSTED = 0.9
 """The smallest comparisons, up to this share, estimate the usual size of errors; faults are among the others."""
 TRUSTED_MEAN_SQUARE = 2 - np.log(10) * 2 / 9
@@ -100,7 +99,7 @@ def iterate(
     what: str,
     start: _State,
     step: Callable[[_State, int], _State],
-    moved: Callable[[_State, _State], float | _Change],
+    moved: Callable[[_State, _State], float | FloatArray | ComplexArray],
     rule: StoppingRule,
     *,
     long_step: Callable[[_State, int, float], _State] | None = None,
@@ -113,32 +112,35 @@ def iterate(
     ``long_step`` takes a step that is a number of times as long. If it is given, every third step is made longer where
     the two before it point the same way. It never turns back or sideways, so it ends where short steps end, unlike a
     Newton step, which may end at a saddle point (SQUAREM, Varadhan and Roland 2008, with a limited length). What is
-    left of a slow change after a long step hides behind faster ones, so its rate counts for the next two steps.
+    left of a slow change after a long step hides behind faster ones, so its rate counts for the next two steps. Long
+    steps after which changes are no smaller, as they should be, are halved from then on, so that none goes in circles.
 
     Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
-    last: _Change | None = None
-    state, remaining, times, slowest = start, inf, 1.0, rule.least_rate
+    last: _Movement | None = None
+    state, remaining, times = start, inf, 1.0
+    slowest, longest, size_before = rule.least_rate, LONGEST, inf
     for number in range(1, rule.most_rounds + 1):
         if times > 1 and long_step is not None:
             state, last = long_step(state, number, times), None
             slowest, times = max(rule.least_rate, 1 - 1 / times), 1.0
             continue
         before, state = state, step(state, number)
-        movement = np.atleast_1d(np.asarray(moved(before, state)))
-        size = float(np.abs(movement).max(initial=0.0))
-        if size == inf:
+        movement = _Movement.of(moved(before, state))
+        if movement.size == inf:
             remaining, last = inf, None
             continue
-        rate = max(slowest, rule.first_rate if last is None else _rate(last, movement))
-        remaining = size * rate / (1 - rate) if rate < 1 else inf
-        if size < NEGLIGIBLE * rule.tolerance:
-            remaining = size
+        rate = max(slowest, rule.first_rate if last is None else movement.rate(last))
+        remaining = movement.size * rate / (1 - rate) if rate < 1 else inf
+        if movement.size < NEGLIGIBLE * rule.tolerance:
+            remaining = movement.size
         if number >= rule.least_rounds and remaining < rule.tolerance:
             return IterationResult(state, number, remaining, converged=True)
         if last is not None:
-            times, slowest = (_times(last, movement) if number >= rule.least_rounds else 1.0), rule.least_rate
-        last = movement if size > NEGLIGIBLE * rule.tolerance else None
+            longest = longest if movement.size < size_before else max(longest / 2, 1.0)
+            times = min(movement.times(last), longest) if number >= rule.least_rounds else 1.0
+            slowest, size_before = rule.least_rate, movement.size if times > 1 and rate < 1 else inf
+        last = movement if movement.size > NEGLIGIBLE * rule.tolerance else None
     if logged:
         _log.warning(
             "%s did not converge: %d iterations ended about %.2g from the limit", what, rule.most_rounds, remaining
@@ -146,18 +148,31 @@ def iterate(
     return IterationResult(state, rule.most_rounds, remaining, converged=False)
 
 
-def _rate(last: _Change, movement: _Change) -> float:
-    """Length of a step (k,) in units of the one before, by its largest number or by all, whichever is greater."""
-    return float(max(np.linalg.norm(movement, order) / np.linalg.norm(last, order) for order in (2, np.inf)))
+@dataclass(frozen=True)
+class _Movement:
+    """A step (k,), its largest number, and its length."""
 
+    change: FloatArray | ComplexArray
+    size: float
+    length: float
 
-def _times(last: _Change, movement: _Change) -> float:
-    """Factor for the next step after two steps (k,): to the limit if they continue as they are, or :data:`LONGEST`."""
-    before, now = float(np.linalg.norm(last)), float(np.linalg.norm(movement))
-    rate = now / before
-    if rate < SLOW or float(np.vdot(last, movement).real) < STRAIGHT * before * now:
-        return 1.0
-    return LONGEST if rate >= 1 else min(1 / (1 - rate), LONGEST)
+    @classmethod
+    def of(cls, moved: float | FloatArray | ComplexArray) -> _Movement:
+        change = np.atleast_1d(np.asarray(moved))
+        size = float(np.abs(change).max(initial=0.0))
+        return cls(change, size, float(np.vdot(change, change).real) ** 0.5 if size < inf else inf)
+
+    def rate(self, last: _Movement) -> float:
+        """Length in units of the step before, by the largest number or by all, whichever is greater."""
+        return max(self.size / last.size, self.length / last.length)
+
+    def times(self, last: _Movement) -> float:
+        """Factor for the next step: to the limit if steps continue as these two, or :data:`LONGEST`."""
+        rate = self.length / last.length
+        along = float(np.vdot(last.change, self.change).real)
+        if rate < SLOW or along < STRAIGHT * last.length * self.length:
+            return 1.0
+        return LONGEST if rate >= 1 else min(1 / (1 - rate), LONGEST)
 
 
 def variance_factor(squares: npt.ArrayLike, dimensions: npt.ArrayLike, dof: float) -> FloatArray:

@@ -54,17 +54,20 @@ class Solution:
     cross: FloatArray
 
 
+FEW_STATES = 8
+"""So few states are solved for at once, which is faster."""
+
+
 def solve(equations: NormalEquations) -> Solution:
     """Solve positive definite normal equations; raises numpy.linalg.LinAlgError if they are singular."""
     diagonal, upper = equations.diagonal, equations.upper
     columns = np.concatenate((equations.right[:, :, None], equations.border), axis=2)
     eliminated: list[_Eliminated] = []
-    while len(diagonal) > 1:
+    while len(diagonal) > FEW_STATES:
         odd = _Eliminated.of(diagonal, upper, columns)
         diagonal, upper, columns = odd.rest(diagonal, upper, columns)
         eliminated.append(odd)
-    covariance: FloatArray = np.asarray(np.linalg.inv(diagonal), dtype=np.float64)
-    chain = _SolvedChain(covariance @ columns, covariance, upper)
+    chain = _solved_at_once(diagonal, upper, columns)
     for odd in reversed(eliminated):
         chain = odd.back(chain)
     return _with_border(equations, chain.columns, chain.covariance, chain.next_covariance)
@@ -79,6 +82,18 @@ class _SolvedChain:
     columns: FloatArray
     covariance: FloatArray
     next_covariance: FloatArray
+
+
+def _solved_at_once(diagonal: FloatArray, upper: FloatArray, columns: FloatArray) -> _SolvedChain:
+    """A short chain by one dense inverse."""
+    count, size, _ = diagonal.shape
+    matrix, k = np.zeros((count, size, count, size)), np.arange(count)
+    matrix[k, :, k] = diagonal
+    matrix[k[:-1], :, k[1:]], matrix[k[1:], :, k[:-1]] = upper, upper.transpose(0, 2, 1)
+    inverse: FloatArray = np.asarray(np.linalg.inv(matrix.reshape(count * size, -1)), dtype=np.float64)
+    blocks = inverse.reshape(matrix.shape)
+    solved = (inverse @ columns.reshape(count * size, -1)).reshape(columns.shape)
+    return _SolvedChain(solved, blocks[k, :, k], blocks[k[:-1], :, k[1:]])
 
 
 @dataclass(frozen=True)

@@ -153,8 +153,8 @@ def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> No
         for source in ESTIMATED
     }
     # A tracker with unusual noise of some kinds also has it in kinds that the walk hardly shows.
-    estimates = {prior.sighting_m: sighting, **{prior.level(source): drift[source] for source in ESTIMATED}}
-    common_scale = _common_scale(estimates, prior_observations)
+    shown = _evidence({prior.sighting_m: sighting, **{prior.level(source): drift[source] for source in ESTIMATED}})
+    common_scale = _LevelEstimate(shown.observations, shown.squares).level(1.0, prior_observations)
     levels = {
         source: found.level(prior.level(source) * common_scale, prior_observations) for source, found in drift.items()
     }
@@ -166,17 +166,15 @@ def _levels(model: Model, factors: VarianceFactors, squares: NoiseSquares) -> No
         sheet_rad=sheet.level(USUAL.sheet_rad, PRIOR_WEIGHT),
         sighting_observations=sighting.effective_observations,
         drift_observations={source: found.effective_observations for source, found in drift.items()},
-        evidence=_evidence(
-            {USUAL.sighting_m: sighting, **{USUAL.level(source): drift[source] for source in ESTIMATED}}
-        ),
+        evidence=replace(shown, squares=shown.squares * (prior.sighting_m / USUAL.sighting_m) ** 2),
     )
 
 
 def _evidence(estimates: dict[float, _LevelEstimate]) -> NoiseEvidence:
-    """Sum of what the estimates show, whose usual levels are the keys."""
+    """What estimates show together, in units of their prior levels, which are the keys."""
     return NoiseEvidence(
         sum(found.effective_observations for found in estimates.values()),
-        sum(found.squares / usual**2 for usual, found in estimates.items()),
+        sum(found.squares / prior**2 for prior, found in estimates.items()),
     )
 
 
@@ -206,15 +204,6 @@ class _LevelEstimate:
         """
         observations = prior_observations + self.effective_observations
         return float(np.sqrt((prior_observations * prior**2 + self.squares) / observations))
-
-
-def _common_scale(estimates: dict[float, _LevelEstimate], prior_observations: float) -> float:
-    """Common factor of noises over their prior levels, which are the keys; near 1 if the walk shows little.
-
-    A factor of 1 has the weight of this number of observations.
-    """
-    shown = _evidence(estimates)
-    return _LevelEstimate(shown.observations, shown.squares).level(1.0, prior_observations)
 
 
 def equivalent_variances(model: Model, factors: VarianceFactors) -> VarianceFactors:
