@@ -77,12 +77,13 @@ def test_long_steps_reach_the_same_limit_in_a_third_of_the_rounds() -> None:
 def test_long_steps_that_overshoot_do_not_go_in_circles() -> None:
     """Slow far away and fast nearby: a long step from far away leads to the other side."""
 
-    def step(value: float, _number: int, times: float = 1.0) -> float:
-        return value - times * 0.6 * np.sign(value) * min(abs(value), 0.1)
+    def step(value: FloatArray, _number: int, times: float = 1.0) -> FloatArray:
+        return np.asarray(value - times * 0.6 * np.clip(value, -0.1, 0.1))
 
-    done = iterate("it", 5.03, step, moved, StoppingRule(tolerance=0.001, most_rounds=900), long_step=step)
+    start = np.array([5.03])
+    done = iterate("it", start, step, difference, StoppingRule(tolerance=0.001, most_rounds=900), long_step=step)
     assert done.converged
-    assert done.state == pytest.approx(0, abs=0.002)
+    np.testing.assert_allclose(done.state, 0, atol=0.002)
 
 
 def test_long_steps_end_where_short_ones_end_and_not_at_the_saddle_between() -> None:

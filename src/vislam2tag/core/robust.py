@@ -113,13 +113,15 @@ def iterate(
     the two before it point the same way. It never turns back or sideways, so it ends where short steps end, unlike a
     Newton step, which may end at a saddle point (SQUAREM, Varadhan and Roland 2008, with a limited length). What is
     left of a slow change after a long step hides behind faster ones, so its rate counts for the next two steps. Long
-    steps after which changes are no smaller, as they should be, are halved from then on, so that none goes in circles.
+    steps after which changes turn back, or do not shrink as they did, are halved from then on, so that none goes in
+    circles.
 
     Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
     last: _Movement | None = None
     state, remaining, times = start, inf, 1.0
-    slowest, longest, size_before = rule.least_rate, LONGEST, inf
+    lengthened: _Movement | None = None
+    slowest, longest, shrinking = rule.least_rate, LONGEST, True
     for number in range(1, rule.most_rounds + 1):
         if times > 1 and long_step is not None:
             state, last = long_step(state, number, times), None
@@ -137,9 +139,10 @@ def iterate(
         if number >= rule.least_rounds and remaining < rule.tolerance:
             return IterationResult(state, number, remaining, converged=True)
         if last is not None:
-            longest = longest if movement.size < size_before else max(longest / 2, 1.0)
+            if lengthened is not None and not movement.follows(lengthened, shrinking=shrinking):
+                longest = max(longest / 2, 1.0)
             times = min(movement.times(last), longest) if number >= rule.least_rounds else 1.0
-            slowest, size_before = rule.least_rate, movement.size if times > 1 and rate < 1 else inf
+            slowest, lengthened, shrinking = rule.least_rate, movement if times > 1 else None, rate < 1
         last = movement if movement.size > NEGLIGIBLE * rule.tolerance else None
     if logged:
         _log.warning(
@@ -165,6 +168,11 @@ class _Movement:
     def rate(self, last: _Movement) -> float:
         """Length in units of the step before, by the largest number or by all, whichever is greater."""
         return max(self.size / last.size, self.length / last.length)
+
+    def follows(self, lengthened: _Movement, *, shrinking: bool) -> bool:
+        """Whether it goes on in the direction of a step that was lengthened, and is shorter if steps were shrinking."""
+        along = float(np.vdot(lengthened.change, self.change).real)
+        return along > 0 and (self.length < lengthened.length or not shrinking)
 
     def times(self, last: _Movement) -> float:
         """Factor for the next step: to the limit if steps continue as these two, or :data:`LONGEST`."""
