@@ -54,7 +54,7 @@ from vislam2tag.views import page  # noqa: E402
 
 TARGETS = (*READERS_ATTACKED, *commands())
 RUNS = 100_000
-RUNS_IN_CI = 200
+RUNS_IN_CI = 100
 """Of each reader."""
 MOST_MB = 2000
 _LIMIT_BYTES = 8 << 30
