@@ -13,6 +13,7 @@ import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import networkx as nx
 import numpy as np
@@ -110,25 +111,29 @@ def adjust_plane(
     Known points that no shot uses are left out. Raises SingularError where the network is not determined.
     """
     state = _State(measured, start, free_scale)
-    _, adjusted = adjust(state.design(), state.misclosure(), each=2)
+    first = adjust(state.design(), state.misclosure(), each=2)
     if rounds == 1:
-        return state.fit(adjusted)
+        return state.fit(first[1])
 
-    def step(_before: tuple[Adjusted, float], _number: int) -> tuple[Adjusted, float]:
-        way, adjusted = adjust(state.design(), state.misclosure(), each=2)
-        return adjusted, state.move(way)
+    def step(before: _Round, _number: int) -> _Round:
+        moved_m = state.move(before[0])
+        return *adjust(state.design(), state.misclosure(), each=2), moved_m
 
     done = iterate(
         "the adjustment of the network",
-        (adjusted, math.inf),
+        (*first, math.inf),
         step,
-        lambda _, after: after[1],
+        lambda _, after: after[2],
         StoppingRule(tolerance=SMALL_M, most_rounds=rounds),
         logged=False,
     )
     if not done.converged:
         raise SingularError("the adjustment does not converge")
-    return state.fit(done.state[0])
+    return state.fit(done.state[1])
+
+
+_Round: TypeAlias = tuple[FloatArray, Adjusted, float]
+"""The next step (u,), the adjustment from which it follows, and how far the step before moved anything, metres."""
 
 
 class _State:
