@@ -39,7 +39,7 @@ def walk(times: float, numbers: float = 20.0) -> NoiseEvidence:
     return NoiseEvidence(numbers, numbers * times**2)
 
 
-def told_of(walks: Sequence[NoiseEvidence], device: str = "phone") -> list[TrackerNoise | None]:
+def noise_of(walks: Sequence[NoiseEvidence], device: str = "phone") -> list[TrackerNoise | None]:
     return noise_of_other_walks([device] * len(walks), walks)
 
 
@@ -49,26 +49,26 @@ def times_of(told: Sequence[TrackerNoise | None]) -> list[float]:
 
 
 def test_each_walk_is_told_what_the_others_do() -> None:
-    times = times_of(told_of([walk(0.5), walk(0.5), walk(0.5), walk(2.0)]))
+    times = times_of(noise_of([walk(0.5), walk(0.5), walk(0.5), walk(2.0)]))
     assert times[0] == times[1] == times[2] > times[3]
 
 
 @pytest.mark.parametrize("times", [0.25, 0.5, 2.0, 4.0])
 def test_a_device_s_noise_is_found_in_few_walks(times: float) -> None:
-    found = times_of(told_of([walk(times, 6.0)] * 6))
+    found = times_of(noise_of([walk(times, 6.0)] * 6))
     assert abs(np.log2(found[0] / times)) <= 0.5
 
 
 def test_one_walk_whose_tracker_broke_does_not_decide() -> None:
-    assert times_of(told_of([walk(1.0), walk(1.0), walk(1.0), walk(100.0)]))[0] <= 2
+    assert times_of(noise_of([walk(1.0), walk(1.0), walk(1.0), walk(100.0)]))[0] <= 2
 
 
 def test_walks_that_tell_nothing_are_told_nothing_and_tell_nothing() -> None:
-    assert told_of([]) == []
-    assert told_of([walk(3.0)]) == [None]
-    assert told_of([walk(3.0), walk(3.0, numbers=0.0)])[1] is not None
-    assert told_of([walk(3.0), walk(3.0, numbers=0.0)])[0] is None
-    assert told_of([walk(1.0), walk(3.0), walk(9.0, 0.0)])[:2] == told_of([walk(1.0), walk(3.0)])
+    assert noise_of([]) == []
+    assert noise_of([walk(3.0)]) == [None]
+    assert noise_of([walk(3.0), walk(3.0, numbers=0.0)])[1] is not None
+    assert noise_of([walk(3.0), walk(3.0, numbers=0.0)])[0] is None
+    assert noise_of([walk(1.0), walk(3.0), walk(9.0, 0.0)])[:2] == noise_of([walk(1.0), walk(3.0)])
 
 
 def test_other_devices_of_a_survey_tell_less_than_a_device_s_own_walks() -> None:
@@ -91,13 +91,13 @@ def test_the_order_of_the_walks_changes_nothing(order: list[int]) -> None:
 
 
 def test_what_is_told_is_rounded_and_never_counts_as_more_than_walks_are_alike() -> None:
-    many = told_of([walk(1.3, 1000.0)] * 50)[0]
+    many = noise_of([walk(1.3, 1000.0)] * 50)[0]
     assert many is not None
     assert many.effective_observations == 10.0
     assert many.effective_observations % STEP_OBSERVATIONS == 0
     steps = np.log(many.times_usual) / np.log(STEP)
     np.testing.assert_allclose(steps, np.rint(steps))
-    assert told_of([walk(1.3, 1000.0)] * 51)[0] == many
+    assert noise_of([walk(1.3, 1000.0)] * 51)[0] == many
 
 
 def mapped(told: TrackerNoise | None, laps: float, marks: int = 8) -> SolvedWalk:
@@ -130,7 +130,7 @@ def test_sheets_stay_as_they_are() -> None:
 
 def test_levels_of_a_walk_in_its_own_frame_can_be_told() -> None:
     levels = [solve_in_own_frame(loops(seed, USUAL, marks=6, laps=3).observations()).noise for seed in range(3)]
-    assert all(0.5 <= times <= 2 for times in times_of(told_of([level.evidence for level in levels])))
+    assert all(0.5 <= times <= 2 for times in times_of(noise_of([level.evidence for level in levels])))
 
 
 def test_weights_carry_what_was_told() -> None:

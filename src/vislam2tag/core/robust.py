@@ -119,13 +119,11 @@ def iterate(
     Where it does not converge it says so in the log, by ``what`` is iterated, unless it is but a trial (``logged``).
     """
     last: _Movement | None = None
-    state, remaining, times = start, inf, 1.0
-    lengthened: _Movement | None = None
-    slowest, longest, shrinking = rule.least_rate, LONGEST, True
+    state, remaining, slowest, pace = start, inf, rule.least_rate, _Pace()
     for number in range(1, rule.most_rounds + 1):
-        if times > 1 and long_step is not None:
-            state, last = long_step(state, number, times), None
-            slowest, times = max(rule.least_rate, 1 - 1 / times), 1.0
+        if pace.times > 1 and long_step is not None:
+            state, last = long_step(state, number, pace.times), None
+            slowest, pace.times = max(rule.least_rate, 1 - 1 / pace.times), 1.0
             continue
         before, state = state, step(state, number)
         movement = _Movement.of(moved(before, state))
@@ -139,10 +137,9 @@ def iterate(
         if number >= rule.least_rounds and remaining < rule.tolerance:
             return IterationResult(state, number, remaining, converged=True)
         if last is not None:
-            if lengthened is not None and not movement.follows(lengthened, shrinking=shrinking):
-                longest = max(longest / 2, 1.0)
-            times = min(movement.times(last), longest) if number >= rule.least_rounds else 1.0
-            slowest, lengthened, shrinking = rule.least_rate, movement if times > 1 else None, rate < 1
+            slowest = rule.least_rate
+            if number >= rule.least_rounds:
+                pace.adapt(last, movement, shrinking=rate < 1)
         last = movement if movement.size > NEGLIGIBLE * rule.tolerance else None
     if logged:
         _log.warning(
@@ -181,6 +178,24 @@ class _Movement:
         if rate < SLOW or along < STRAIGHT * last.length * self.length:
             return 1.0
         return LONGEST if rate >= 1 else min(1 / (1 - rate), LONGEST)
+
+
+@dataclass
+class _Pace:
+    """How many ``times`` as long the next step is, and how long it may be at most."""
+
+    times: float = 1.0
+    longest: float = LONGEST
+    lengthened: _Movement | None = None
+    """The last movement before a longer step, and whether movements were shrinking then."""
+    shrinking: bool = True
+
+    def adapt(self, last: _Movement, movement: _Movement, *, shrinking: bool) -> None:
+        """Take the last two movements into account, after a longer step also whether it helped."""
+        if self.lengthened is not None and not movement.follows(self.lengthened, shrinking=self.shrinking):
+            self.longest = max(self.longest / 2, 1.0)
+        self.times = min(movement.times(last), self.longest)
+        self.lengthened, self.shrinking = movement if self.times > 1 else None, shrinking
 
 
 def variance_factor(squares: npt.ArrayLike, dimensions: npt.ArrayLike, dof: float) -> FloatArray:

@@ -100,13 +100,7 @@ class NoiseLevels:
 
     def times(self, factor: float) -> NoiseLevels:
         """Levels multiplied by a factor for drift and sightings; sheets are unchanged."""
-        return replace(
-            self,
-            position_m=self.position_m * factor,
-            heading_rad=self.heading_rad * factor,
-            scale=self.scale * factor,
-            sighting_m=self.sighting_m * factor,
-        )
+        return self.with_levels(self.levels * (factor, factor, factor, factor, 1.0))
 
 
 USUAL = NoiseLevels()
@@ -162,18 +156,18 @@ def noise_of_other_walks(devices: Sequence[str], walks: Sequence[NoiseEvidence])
     device's is scaled inverse chi-squared with :data:`ALIKE_OBSERVATIONS` degrees of freedom. Posteriors are sums over
     :data:`LOG_TIMES`, so they do not depend on the order of the walks.
     """
-    shown = [_log_likelihood(walk) for walk in walks]
-    own = {name: [each for device, each in zip(devices, shown, strict=True) if device == name] for name in devices}
-    apart = LOG_TIMES - LOG_TIMES[:, None]
-    spread = -((apart / DEVICES_SPREAD) ** 2) / 2
-    of_survey = {name: np.logaddexp.reduce(spread + sum(walks_of), axis=1) for name, walks_of in sorted(own.items())}
-    told = []
-    for device, walk in zip(devices, shown, strict=True):
-        survey = -((LOG_TIMES / SURVEYS_SPREAD) ** 2) / 2
-        survey = survey + sum(each for name, each in of_survey.items() if name != device)
-        others = np.logaddexp.reduce(spread + survey[:, None], axis=0) + sum(own[device]) - walk
-        told.append(_tracker_noise(others))
-    return told
+    walk = [_log_likelihood(each) for each in walks]
+    own = {name: np.zeros_like(LOG_TIMES) for name in sorted({*devices})}
+    for device, each in zip(devices, walk, strict=True):
+        own[device] = own[device] + each
+    usual = -((LOG_TIMES / SURVEYS_SPREAD) ** 2) / 2
+    spread = -(((LOG_TIMES - LOG_TIMES[:, None]) / DEVICES_SPREAD) ** 2) / 2
+    of_survey = {device: np.logaddexp.reduce(spread + each, axis=1) for device, each in own.items()}
+    by_all = {}
+    for device, each in own.items():
+        survey = usual + sum(shown for other, shown in of_survey.items() if other != device)
+        by_all[device] = each + np.logaddexp.reduce(spread + survey[:, None], axis=0)
+    return [_tracker_noise(by_all[device] - each) for device, each in zip(devices, walk, strict=True)]
 
 
 def _log_likelihood(walk: NoiseEvidence) -> FloatArray:

@@ -218,10 +218,10 @@ def mislabelled(scans: RadioScans, storey: IntArray, centres: IntArray) -> BoolA
         predicted = _leave_one_out(scans, one_hot, ~doubted, centres)
         return _most_contradicted((predicted - one_hot).max(axis=1) - (predicted * one_hot).sum(axis=1), storey)
 
-    nobody = np.zeros(len(scans), dtype=np.bool_)
+    undoubted = np.zeros(len(scans), dtype=np.bool_)
     return iterate(
         "the search for scans that others contradict",
-        nobody,
+        undoubted,
         step,
         _changed,
         StoppingRule(tolerance=1, most_rounds=_MOST_ROUNDS),
