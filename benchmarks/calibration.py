@@ -20,13 +20,12 @@ from __future__ import annotations
 import argparse
 import logging
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack
 from dataclasses import replace
 from unittest.mock import patch
 
 import numpy as np
 from data_sets import Walk, every_kth, real_walks, with_tracker
-from second_generator import surveys
+from second_generator import survey_walks
 
 from vislam2tag.common.error_statistics import FEWEST_WALKS, draws, interval, multiplicities
 from vislam2tag.core import robust
@@ -73,8 +72,17 @@ def main() -> None:
     print("| --- " * 10 + "|")
     for name, walks in ROWS.items():
         if any(part in name for part in options.rows):
-            found = [one for survey in walks(seeds) for one in mapped(survey, told="together" in name)]
-            print(f"| {name} | {cells(found)} | {in_band(found)} | {' | '.join(by_walk(found))} |", flush=True)
+            found = [one for survey in walks(seeds) for one in mapped(survey, together="together" in name)]
+            print(f"| {name} | {row([one for one in found if len(one)])} |", flush=True)
+
+
+def row(found: list[FloatArray]) -> str:
+    """All figures of the points (n, 3) of each walk that has any."""
+    if not found:
+        return " | ".join("-" * 9)
+    whole, drawn = scattered(found)
+    band = in_band(drawn) if len(found) >= FEWEST_WALKS else "-"
+    return " | ".join((described(found, whole, drawn), band, *by_walk(found)))
 
 
 def simulated(times: float, severity: str) -> Callable[[range], Iterator[list[Walk]]]:
@@ -89,12 +97,15 @@ def simulated_surveys(times: float, severity: str) -> Callable[[range], Iterator
     )
 
 
-def of_second(phone: str, **of_survey: float) -> Callable[[range], Iterator[list[Walk]]]:
-    """Surveys of the second generator."""
-    return lambda seeds: surveys(seeds[: -(-len(seeds) // (SESSIONS // 2))], phone, walks=SESSIONS, **of_survey)
+def of_second(phone: str, *, few: bool = False, survey_m: float = 0.02) -> Callable[[range], Iterator[list[Walk]]]:
+    """Surveys of the second generator, also with ``few`` landmarks and short walks."""
+    landmarks, seconds = (5, 90.0) if few else (12, 180.0)
+    return lambda seeds: (
+        list(survey_walks(seed, phone, SESSIONS, landmarks, survey_m, seconds))
+        for seed in seeds[: -(-len(seeds) // (SESSIONS // 2))]
+    )
 
 
-FEW = {"landmarks": 5, "seconds": 90.0}
 ROWS: Rows = {
     "simulator, mild": simulated(1.0, "mild"),
     "simulator, default": simulated(1.0, "default"),
@@ -106,23 +117,23 @@ ROWS: Rows = {
     "simulator, tracker twice better, together": simulated_surveys(0.5, "default"),
     **{f"second generator, {phone}": of_second(phone) for phone in ("good", "default", "severe")},
     **{f"second generator, {phone}, together": of_second(phone) for phone in ("good", "default", "severe")},
-    "second generator, good, few landmarks": of_second("good", **FEW),
-    "second generator, good, few landmarks, together": of_second("good", **FEW),
-    "second generator, good, few exact landmarks, together": of_second("good", **FEW, survey_m=0.0),
+    "second generator, good, few landmarks": of_second("good", few=True),
+    "second generator, good, few landmarks, together": of_second("good", few=True),
+    "second generator, good, few exact landmarks, together": of_second("good", few=True, survey_m=0.0),
     "real": lambda _: ([walk] for walk in real_walks()),
     "real, every 3rd landmark": lambda _: ([walk] for walk in every_kth(real_walks(), 3)),
     "real, every 5th landmark": lambda _: ([walk] for walk in every_kth(real_walks(), 5)),
 }
 
 
-def mapped(survey: list[Walk], *, told: bool) -> Iterator[FloatArray]:
+def mapped(survey: list[Walk], *, together: bool) -> Iterator[FloatArray]:
     """Points of each walk of a survey."""
     strategy = strategy_named("smoother", SETTINGS)
-    for walk, tracker in zip(survey, told_noise(survey) if told else [None] * len(survey), strict=True):
+    for walk, tracker in zip(survey, shared_noise(survey) if together else [None] * len(survey), strict=True):
         yield points(walk, strategy.map(replace(walk.camera, tracker=tracker), walk.log, walk.landmarks))
 
 
-def told_noise(survey: list[Walk]) -> list[TrackerNoise | None]:
+def shared_noise(survey: list[Walk]) -> list[TrackerNoise | None]:
     """For each walk what the others show, each in its own frame, as ``process --together`` does."""
     noise = [smoother.solve_in_own_frame(observed(walk)).noise.evidence for walk in survey]
     return noise_of_other_walks([walk.device for walk in survey], noise)
@@ -150,11 +161,14 @@ def cells(walks: Iterable[FloatArray]) -> str:
     found = [one for one in walks if len(one)]
     if not found:
         return "- | - | - | - | - | -"
-    every = np.concatenate(found)
-    told, drawn = scattered(found)
+    return described(found, *scattered(found))
+
+
+def described(found: list[FloatArray], whole: list[float], drawn: FloatArray) -> str:
+    """Number of walks, mean error, and shares of the ``whole`` with their standard errors."""
     spread = [f" ± {100 * one:.0f}" if len(found) >= FEWEST_WALKS else "" for one in np.std(drawn, axis=0)]
-    texts = [f"{share:.{digits}%}{off}" for share, digits, off in zip(told, (1, 1, 0, 0), spread, strict=True)]
-    return f"{len(found)} | {every[:, 0].mean():.3f} m | {' | '.join(texts)}"
+    texts = [f"{share:.{digits}%}{off}" for share, digits, off in zip(whole, (1, 1, 0, 0), spread, strict=True)]
+    return f"{len(found)} | {np.concatenate(found)[:, 0].mean():.3f} m | {' | '.join(texts)}"
 
 
 def scattered(found: list[FloatArray]) -> tuple[list[float], FloatArray]:
@@ -166,12 +180,9 @@ def scattered(found: list[FloatArray]) -> tuple[list[float], FloatArray]:
     return shares(inside, np.ones(len(inside))), np.array(drawn)
 
 
-def in_band(walks: Iterable[FloatArray]) -> str:
-    """Whether the intervals of both shares touch their bands."""
-    found = [one for one in walks if len(one)]
-    if len(found) < FEWEST_WALKS:
-        return "-"
-    bounds = [interval(column) for column in scattered(found)[1][:, :2].T]
+def in_band(drawn: FloatArray) -> str:
+    """Whether the intervals of both shares, by draws (r, 4), touch their bands."""
+    bounds = [interval(column) for column in drawn[:, :2].T]
     inside = [
         bound is not None and bound[0] <= high and bound[1] >= low
         for bound, (low, high) in zip(bounds, BANDS, strict=True)
@@ -179,9 +190,9 @@ def in_band(walks: Iterable[FloatArray]) -> str:
     return "yes" if all(inside) else "no"
 
 
-def by_walk(walks: Iterable[FloatArray]) -> tuple[str, str]:
+def by_walk(found: list[FloatArray]) -> tuple[str, str]:
     """How many walks hold too little in their 95 % regions, and the share that a tenth of the walks do not reach."""
-    held = np.array([np.mean(one[:, 2] < 0.95) for one in walks if len(one)])
+    held = np.array([np.mean(one[:, 2] < 0.95) for one in found])
     return f"{(held < LEAST_INSIDE).sum()} of {len(held)}", f"{np.quantile(held, 0.1):.0%}"
 
 
@@ -216,17 +227,25 @@ def convergence(walk: Walk) -> tuple[bool, bool, int, int] | None:
     start = smoother.first_problem(observations, LandmarkPriors.of(observations.ids, walk.landmarks))
     if start is None:
         return None
-    (ours, rounds), without = counted(start), {"LONGER": 1.0, "MOST_ROUNDS": 2000, "CONVERGED_SIGMAS": 3e-4}
-    with ExitStack() as reference:
-        reference.enter_context(patch.object(robust, "LONGEST", 1.0))
-        for constant, value in without.items():
-            reference.enter_context(patch.object(smoother, constant, value))
-        limit, more = counted(start)
+    ours, rounds = counted(start)
+    limit, more = without_acceleration(start)
+    moved, changed = apart(ours, limit)
+    return moved < 0.1 and changed < 0.05, ours.unreached_sigmas == 0, rounds, more
+
+
+def without_acceleration(start: LinearWalk) -> tuple[smoother.SolvedWalk, int]:
+    """:func:`counted` with steps as re-weighting says, much closer to the limit."""
+    short_steps = patch.multiple(smoother, LONGER=1.0, MOST_ROUNDS=2000, CONVERGED_SIGMAS=3e-4)
+    with patch.object(robust, "LONGEST", 1.0), short_steps:
+        return counted(start)
+
+
+def apart(ours: smoother.SolvedWalk, limit: smoother.SolvedWalk) -> tuple[float, float]:
+    """Largest distance of a frame from where it is in the limit, in sigmas, and largest relative change of a sigma."""
     (path, covariance, _), (limit_path, limit_covariance, _) = smoother.mapped_path(ours), smoother.mapped_path(limit)
     sigma, limit_sigma = (np.sqrt(np.trace(each, axis1=1, axis2=2) / 2) for each in (covariance, limit_covariance))
     moved = np.linalg.norm(path - limit_path, axis=1) / limit_sigma
-    changed = np.abs(sigma / limit_sigma - 1)
-    return bool(moved.max() < 0.1 and changed.max() < 0.05), ours.unreached_sigmas == 0, rounds, more
+    return float(moved.max()), float(np.abs(sigma / limit_sigma - 1).max())
 
 
 def counted(start: LinearWalk) -> tuple[smoother.SolvedWalk, int]:

@@ -119,17 +119,9 @@ def with_tracker(
         building = BuildingSettings(landmarks=landmarks)
         scenario = regular_survey(seed, severity, (0,), ("LG", "OnePlus"), sessions, building=building)
         floor = scenario.building.floor(0)
-        survey_sigma_m, unknown = 0.02, np.full(landmarks, np.nan)
+        survey_sigma_m = 0.02
         off_m = np.random.default_rng(seed).normal(0, survey_sigma_m, (landmarks, 2))
-        surveyed = Landmarks(
-            ids=floor.landmark_ids,
-            floor=np.zeros(landmarks, dtype=np.int64),
-            position_bcs=floor.landmark_position[:, :2] + off_m,
-            covariance_bcs=np.tile(np.eye(2) * survey_sigma_m**2, (landmarks, 1, 1)),
-            z_m=unknown,
-            heading_rad=unknown,
-            heading_sigma_rad=unknown,
-        )
+        surveyed = surveyed_at(floor.landmark_ids, floor.landmark_position[:, :2] + off_m, survey_sigma_m)
         for planned in scenario.sessions:
             noise = {name: times * getattr(planned.tracker, name) for name in TRACKER_NOISE}
             tracker = planned.tracker.model_copy(update={**noise, "frame_rate_hz": 20.0})
@@ -140,6 +132,20 @@ def with_tracker(
             truth = Truth(log.time_ns, position_at(walk, log.time_ns)[:, :2])
             device = f"{seed} {planned.key.device}"
             yield Walk(f"{device} {planned.key.session}", camera, log.landmarks, surveyed, truth, device=device)
+
+
+def surveyed_at(ids: tuple[str, ...], position_m: FloatArray, sigma_m: float) -> Landmarks:
+    """Landmarks of floor 0 at positions (m, 2), BCS, without heights and headings."""
+    unknown = np.full(len(ids), np.nan)
+    return Landmarks(
+        ids=ids,
+        floor=np.zeros(len(ids), dtype=np.int64),
+        position_bcs=position_m,
+        covariance_bcs=np.tile(np.eye(2) * sigma_m**2, (len(ids), 1, 1)),
+        z_m=unknown,
+        heading_rad=unknown,
+        heading_sigma_rad=unknown,
+    )
 
 
 def every_kth(walks: Iterable[Walk], k: int) -> Iterator[Walk]:

@@ -9,11 +9,11 @@ by a quarter.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from data_sets import Walk
+from data_sets import Walk, surveyed_at
 
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks
@@ -66,31 +66,13 @@ def survey_walks(
     on_way = (np.arange(landmarks) + rng.uniform(0.2, 0.8, landmarks)) * perimeter / landmarks
     place, course = _on_loop(on_way)
     place = place + course * 1j * rng.choice((-0.9, 0.9), landmarks)
-    off = rng.normal(0, survey_m, (landmarks, 2))
-    surveyed = _landmarks(place, off, max(survey_m, 0.005))
+    off_m = rng.normal(0, survey_m, (landmarks, 2))
+    ids = tuple(str(number + 1) for number in range(landmarks))
+    surveyed = surveyed_at(ids, np.column_stack((place.real, place.imag)) + off_m, max(survey_m, 0.005))
     phone_noise = PHONES[phone].times(float(np.exp(rng.normal(0, 0.3))))
     for number in range(walks):
         own = phone_noise.times(float(np.exp(rng.normal(0, 0.25))))
         yield _walk(f"{seed}-{number}", own, place, on_way, surveyed, seconds, rng)
-
-
-def surveys(seeds: Iterable[int], phone: str, **of_survey: float) -> Iterator[list[Walk]]:
-    """A survey for each seed."""
-    for seed in seeds:
-        yield list(survey_walks(seed, phone, **of_survey))  # type: ignore[arg-type]
-
-
-def _landmarks(place: ComplexArray, off: FloatArray, sigma_m: float) -> Landmarks:
-    count, unknown = len(place), np.full(len(place), np.nan)
-    return Landmarks(
-        ids=tuple(str(number + 1) for number in range(count)),
-        floor=np.zeros(count, dtype=np.int64),
-        position_bcs=np.column_stack((place.real, place.imag)) + off,
-        covariance_bcs=np.tile(np.eye(2) * sigma_m**2, (count, 1, 1)),
-        z_m=unknown,
-        heading_rad=unknown,
-        heading_sigma_rad=unknown,
-    )
 
 
 def _on_loop(way_m: FloatArray) -> tuple[ComplexArray, ComplexArray]:
@@ -152,7 +134,7 @@ def _walk(
     factor = (1 + phone.scale_sigma * rng.standard_normal()) * np.exp(1j * turn)
     slip = phone.position_m * np.sqrt(length) * (rng.standard_normal((frames - 1, 2)) @ (1, 1j))
     logged = np.concatenate(([0j], np.cumsum(step * factor[:-1] + slip)))
-    shift, spin, lost = np.zeros(frames, dtype=np.complex128), np.zeros(frames), np.zeros(frames, dtype=np.bool_)
+    shift, lost = np.zeros(frames, dtype=np.complex128), np.zeros(frames, dtype=np.bool_)
 
     def moments(rate: float) -> list[int]:
         return sorted(rng.integers(100, frames - 100, rng.poisson(rate * seconds / 60)).tolist())
@@ -176,9 +158,8 @@ def _walk(
         by, off = np.exp(1j * rng.normal(0, 0.05)), phone.fault_m * (rng.standard_normal(2) @ (1, 1j))
         whole[at:], moved[at:] = by * whole[at:], by * moved[at:] + off
     camera, world = whole * camera + moved, whole[:, None] * world + moved[:, None]
-    spin = np.angle(whole)
     held = np.maximum.accumulate(np.where(lost, 0, np.arange(frames)))
-    camera, heading = camera[held], (heading + spin)[held]
+    camera, heading = camera[held], (heading + np.angle(whole))[held]
     return Walk(
         name,
         CameraTrack(
