@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.core.wall_costs import WallCosts
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,44 @@ class PlaceTies:
     time_ns: IntArray
     position_bcs: FloatArray
     covariance_m2: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class PlanOfFloor:
+    """The plan of one floor of the building, in the floor's own BCS; it is read when it is asked for."""
+
+    number: int
+    read: Callable[[], WallCosts | None]
+
+    @cached_property
+    def costs(self) -> WallCosts | None:
+        """Costs of walking through its walls; None if the plan cannot be used."""
+        return self.read()
+
+
+@dataclass(frozen=True)
+class PossiblePosition:
+    """A moment at which other walks say where a walk may have been: ``position_bcs`` (k, 2) metres, each to
+    ``sigma_m`` per axis, with probabilities ``weight`` (k,) that sum to at most 1; the rest says nothing.
+    """
+
+    time_ns: int
+    position_bcs: FloatArray
+    weight: FloatArray
+    sigma_m: float
+
+
+@dataclass(frozen=True)
+class PlacingHints:
+    """What other walks of a floor say of a walk that is placed on its plan.
+
+    ``turn_rad`` is ``bcs_R_acs`` at its first frame by compass and the plan's north, within ``turn_sigma_rad``; None if
+    the north is not known.
+    """
+
+    places: tuple[PossiblePosition, ...] = ()
+    turn_rad: float | None = None
+    turn_sigma_rad: float = float("nan")
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,12 @@ class Status(IntEnum):
     OUTSIDE_FRAMES = 8
     DUPLICATE = 9
     INVALID = 10
+    AMBIGUOUS = 11
+    FITS_NOWHERE = 12
+    FITS_MIRROR = 13
+    FITS_OTHER_FLOOR = 14
+    TOO_SHORT = 15
+    PLAN_TOO_OPEN = 16
 
     @property
     def label(self) -> str:

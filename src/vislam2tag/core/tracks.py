@@ -21,6 +21,8 @@ from vislam2tag.core.context import (
     FixLog,
     InertialLog,
     PlaceTies,
+    PlacingHints,
+    PlanOfFloor,
     PressureLog,
     Storeys,
     ToldFloors,
@@ -29,6 +31,7 @@ from vislam2tag.core.context import (
     WalkedWays,
 )
 from vislam2tag.core.notebook import Drawable, Summarised
+from vislam2tag.core.placing import Placing
 from vislam2tag.core.status import Contradiction, Status, TrackerEvent
 
 
@@ -78,6 +81,12 @@ class CameraTrack:
     """Where other walks say that this one was; None where it is mapped without them."""
     tracker: TrackerNoise | None = None
     """How noisy the device's tracker is, estimated from its other walks; None if unknown."""
+    plans: tuple[PlanOfFloor, ...] = ()
+    """Plans of the building's floors; empty where walks are not placed by them."""
+    own_floor: int = 0
+    """Number of the session's floor, of which ``plans`` may have a plan."""
+    hints: PlacingHints | None = None
+    """What other walks say of the place of one that a plan places; None where it is mapped alone."""
 
     @property
     def usable(self) -> BoolArray:
@@ -312,6 +321,8 @@ class Trajectory(Drawable):
     """How far the known positions of a walk without a tracker contradict each other, median, metres; 0: they agree."""
     fixes_used: int | None = None
     """How many known positions a walk without a tracker was led through; None if it has a tracker."""
+    placing: Placing | None = None
+    """How the walk was placed on the floor's plan; None if it was not."""
     not_converged: tuple[str, ...] = ()
     """Parts of it (``path``, ``heights``) that did not converge, each with its estimated distance from the limit."""
 

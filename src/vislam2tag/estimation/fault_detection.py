@@ -35,7 +35,9 @@ WORTH_ASKING_M = 0.15
 
 def contradictions(smoothed: SolvedWalk) -> tuple[Contradiction, ...]:
     """Return the landmarks that contradict all others, the greatest contradiction first."""
-    passed = np.intersect1d(np.flatnonzero(smoothed.priors.surveyed), smoothed.model.observations.passes.landmark)
+    named = np.array([bool(name) for name in smoothed.model.observations.ids], dtype=np.bool_)  # others are places
+    known = np.flatnonzero(smoothed.priors.surveyed & named)
+    passed = np.intersect1d(known, smoothed.model.observations.passes.landmark)
     if len(passed) <= FEWEST_OTHERS:
         return ()
     doubt = smoothed.variance_factors.landmark.copy()
@@ -78,6 +80,8 @@ def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
 
 def slips(smoothed: SolvedWalk) -> tuple[TrackerEvent, ...]:
     """Report slips: size, turn, and the most likely frame."""
+    if smoothed.priors.places is not None:  # between places on a plan stretches are too short to show slips
+        return ()
     observations, off = smoothed.model.observations, smoothed.drift_residual
     size = np.hypot(off[:, 0], off[:, 1])
     unusual = (size > UNUSUAL_SIGMAS * _usual_drift_m(smoothed)) & (size > LEAST_SLIP_M) & ~_jumped(smoothed)

@@ -10,7 +10,7 @@ The **continuous frame** equals the ACS at the first usable frame; it is never r
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,8 @@ TURN_SIGMA_RAD = 0.03
 """Standard deviation of the turn of a jump from landmarks."""
 UNKNOWN_TURN_RAD = 0.1
 """Standard deviation of the turn of a jump without landmarks."""
+CAMERA_TURN_SIGMA_RAD = 0.05
+"""The same, if it is taken from the camera's own turn."""
 HOLE_S = 2.0
 """A longer time without any frame counts as a loss, because tracking may have stopped."""
 UNDONE = 0.3
@@ -104,6 +106,11 @@ class _Steps:
         return np.abs(self.moved - self.expected)
 
     @property
+    def camera_turn(self) -> FloatArray:
+        """Turn (n - 1,) of the camera beyond the prediction of its neighbours, rad."""
+        return wrapped(self.twist - predicted(self.twist, self.dt))
+
+    @property
     def excess(self) -> ComplexArray:
         """Excess (n - 1,) of each step over its prediction beyond the usual one, complex metres in the ACS plane."""
         share = 1 - SUSPICIOUS * self.spread_m / np.maximum(self.miss_m, SUSPICIOUS * self.spread_m)
@@ -150,6 +157,10 @@ class _Verdict:
     turned: FloatArray
     with_map: ComplexArray
 
+    def alone(self, moves: MapMoves) -> BoolArray:
+        """Jumps (n - 1,) whose turn no landmarks show."""
+        return np.asarray(self.jump & ~_turn_observed(moves))
+
     @property
     def frame_turn(self) -> ComplexArray:
         """``continuous_R_acs`` (n,) of each frame."""
@@ -170,8 +181,12 @@ class _Way:
         return _Way(self.step.copy(), self.jump_m2.copy(), self.jump_rad2.copy(), self.aside_m2.copy())
 
 
-def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
-    """Remove the steps that are not motion from a camera track with two or more usable frames."""
+def continuous_odometry(camera: CameraTrack, log: LandmarkLog, *, turned_as_camera: bool = False) -> Odometry:
+    """Remove the steps that are not motion from a camera track with two or more usable frames.
+
+    With ``turned_as_camera`` a jump turned the map by as much as the camera's own turn jumped. Landmarks show this
+    better; without any it is the only evidence.
+    """
     frame = np.flatnonzero(camera.usable)
     time_s = (camera.time_ns[frame] - camera.time_ns[frame[0]]) * 1e-9
     raw = as_complex(camera.plane_acs[frame])
@@ -179,7 +194,9 @@ def continuous_odometry(camera: CameraTrack, log: LandmarkLog) -> Odometry:
     outages = _Outages(lost_frames(camera, log, frame), frozen_frames(camera, frame, time_s), _holes(camera, frame))
     moves = map_moves(camera, log, steps.miss_m > SUSPICIOUS * steps.spread_m)
     verdict = _judge(steps, moves, raw[1:] - moves.carry(raw[:-1]), outages.still)
-    way = _without_jumps(steps, moves, verdict)
+    if turned_as_camera:
+        verdict = replace(verdict, turned=np.where(verdict.alone(moves), steps.camera_turn, verdict.turned))
+    way = _without_jumps(steps, moves, verdict, turned_as_camera=turned_as_camera)
     way = _with_excursions_undone(way, steps, verdict, verdict.jump & ~moves.moved, outages)
     way = _with_losses_walked(way, steps.dt, outages.spans)
     return Odometry(
@@ -235,14 +252,14 @@ def _turn_observed(moves: MapMoves) -> BoolArray:
     return np.asarray(moves.moved & (moves.points > 1))
 
 
-def _without_jumps(steps: _Steps, moves: MapMoves, verdict: _Verdict) -> _Way:
+def _without_jumps(steps: _Steps, moves: MapMoves, verdict: _Verdict, *, turned_as_camera: bool) -> _Way:
     """Replace jumps by the prediction of their neighbours, and measure map updates relative to the landmarks."""
     turn = verdict.frame_turn
     step = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
     led = (2 * steps.spread_m) ** 2 + (JUMP_SHARE * np.minimum(steps.miss_m, 1.0)) ** 2
     # A camera that turned instantly may have been turned with its map, or not.
-    camera_turn = steps.twist - predicted(steps.twist, steps.dt)
-    jump_turn = np.where(_turn_observed(moves), TURN_SIGMA_RAD, np.hypot(UNKNOWN_TURN_RAD, camera_turn))
+    unseen = CAMERA_TURN_SIGMA_RAD if turned_as_camera else np.hypot(UNKNOWN_TURN_RAD, steps.camera_turn)
+    jump_turn = np.where(_turn_observed(moves), TURN_SIGMA_RAD, unseen)
     uneven = np.minimum(moves.misfit_m / 1.0, TURN_SIGMA_RAD)
     return _Way(
         step=np.where(verdict.update, verdict.with_map * turn[1:], step),

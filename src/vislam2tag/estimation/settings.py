@@ -76,6 +76,10 @@ WITHOUT_TRACKER = "dead-reckoning"
 """The strategy for sessions without poses. The smoother passes such sessions to it; it maps no others."""
 
 
+ON_PLAN = "floor-plan"
+"""The strategy that places walks on the floor's plan. The smoother passes sessions without usable landmarks to it."""
+
+
 class MappingSettings(FiniteRecord):
     """How sessions are mapped. Each strategy uses the settings that it needs."""
 

@@ -266,6 +266,11 @@ class SolvedWalk:
         marks = len(self.priors.position)
         return np.asarray(heading_origin(self.model, self.priors) + self.solution.border[2 * marks :])
 
+    def mean_scale(self) -> tuple[float, float]:
+        """Length of the walk in the building relative to the tracker's, and its standard deviation."""
+        sigma = np.sqrt(self.solution.covariance[:, 2, 2])
+        return 1 + float(self.solution.state[:, 2].mean()), float(sigma.mean())
+
     def landmark_covariance(self) -> FloatArray:
         """(m, 2, 2) covariance of :attr:`landmark_position`, m^2."""
         column = np.arange(2 * len(self.priors.position)).reshape(-1, 2)
@@ -295,6 +300,28 @@ def solve_with_ties(smoothed: SolvedWalk, time_ns: IntArray, ties: PlaceTies) ->
     )
     model = replace(smoothed.model, observations=smoothed.model.observations.with_places(at))
     return relinearise_until_converged(initial_problem(model, priors, smoothed.variance_factors.prior_noise))
+
+
+def solve_about_places(
+    observations: WalkObservations,
+    priors: LandmarkPriors,
+    at: IntArray,
+    place: ComplexArray,
+    turn_rad: FloatArray,
+    covariance_m2: FloatArray,
+    prior_noise: TrackerNoise | None = None,
+) -> SolvedWalk:
+    """Map a walk by where the camera was at some frames ``at`` (k,) of the odometry, and by its landmarks if any.
+
+    ``place`` (k,) complex, metres, with ``covariance_m2`` (2k, 2k) of x and y of each; ``turn_rad`` (k,) is
+    ``bcs_R_continuous`` there. Places may be wrong, as those of :func:`solve_with_ties`.
+    """
+    path = observations.odometry.path
+    turn = np.exp(1j * np.interp(np.arange(len(path)), at, np.unwrap(turn_rad)))
+    middle = turn[1:] + turn[:-1]
+    way = np.concatenate(([0.0], np.cumsum(np.diff(path) * middle / np.abs(middle))))
+    model = Model(observations.with_places(at), way + (place - way[at]).mean(), turn, rough=False)
+    return relinearise_until_converged(initial_problem(model, priors.with_places(place, covariance_m2), prior_noise))
 
 
 def _frames(time_ns: IntArray, moments_ns: IntArray) -> tuple[IntArray, IntArray]:

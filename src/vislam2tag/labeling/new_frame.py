@@ -15,6 +15,7 @@ from vislam2tag.labeling.results import (
     ContradictionMark,
     Drawing,
     EventMark,
+    PlacingRecord,
     Polyline,
     SessionResult,
     Stretch,
@@ -67,6 +68,7 @@ def turned_result(result: SessionResult, changes: Mapping[int, FrameChange]) -> 
             "visits": list(map(moved, result.visits)),
             "events": list(map(moved, result.events)),
             "contradictions": [_contradiction(mark, changes[mark.floor]) for mark in result.contradictions],
+            "placing": _placing(result.placing, own),
             "drawing": _drawing(result.drawing, own),
             "elsewhere": {floor: _drawing(drawing, changes[floor]) for floor, drawing in result.elsewhere.items()},
         }
@@ -103,6 +105,13 @@ def _contradiction(mark: ContradictionMark, change: FrameChange) -> Contradictio
             "offset_m": offset,
         }
     )
+
+
+def _placing(placing: PlacingRecord | None, change: FrameChange) -> PlacingRecord | None:
+    if placing is None:
+        return None
+    moved = [path.model_copy(update={"points": _points(path.points, change.new_T_old)}) for path in placing.candidates]
+    return placing.model_copy(update={"candidates": moved})
 
 
 def _drawing(drawing: Drawing, change: FrameChange) -> Drawing:

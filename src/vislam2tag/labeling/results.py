@@ -219,6 +219,41 @@ class PassesRecord(Record):
     """By which constant its ids are shifted against the table's; None if they are not."""
 
 
+class CandidatePath(Record):
+    """One of the paths that a walk may have taken on the plan; a point for each stretch of about 12 m."""
+
+    weight: float
+    """Its probability, 0 to 1."""
+    points: Polyline
+
+
+class PlacingRecord(Record):
+    """How a walk was placed on the floor's plan by its shape (docs/explanation/floor_plan.md)."""
+
+    labelled_share: float
+    """Share of its stretches whose place is certain, 0 to 1."""
+    reason: str
+    """Why nothing of it is labelled, as a status; ``ok`` if something is."""
+    way_m: float
+    misfit: float
+    """Cost of the best path, nats per 10 m; more than 0.25 is refused."""
+    mirror: float
+    """By how many nats the plan prefers the walk to its mirror image; less than 5 is refused."""
+    exchanged: float
+    """The same against the walk with left and right exchanged from its middle on; less than 3 is refused."""
+    floors: dict[int, float] = {}
+    """The same against other floors' plans, by number; less than 3 is refused."""
+    scale: float | None = None
+    """Size of the plan by the tracker: 1.02 means that it is 2 % too large; None if nothing is labelled."""
+    scale_sigma: float | None = None
+    time_ns: list[int] = []
+    """Moments of the candidates' points."""
+    candidates: list[CandidatePath] = []
+    """The most probable first; empty if all of the walk is certain."""
+    best_tap_ns: int | None = None
+    """When a tap on the plan would help most; None if none is needed."""
+
+
 class SessionResult(Record):
     """Everything about one processed session except its tables."""
 
@@ -277,6 +312,8 @@ class SessionResult(Record):
     """Each use of corrections.toml, one sentence each."""
     passes: PassesRecord | None = None
     """None where the session has too few frames."""
+    placing: PlacingRecord | None = None
+    """None where the walk was not placed on the plan."""
 
 
 WRONG_IDS = ("other_ids", "shifted_ids")

@@ -209,11 +209,11 @@ def with_taps_corrected(session: Session, entries: Sequence[SetTap]) -> tuple[Se
     """Apply entries to a session's fixes, and give one sentence for each use.
 
     One entry after the other: each moves the tap of its moment, takes it out, or places one where none is. A session
-    with poses stays as it is; one without fixes, too, is walked by dead reckoning from then on.
+    with poses uses them where a plan places it; one without poses and fixes is walked by dead reckoning from then on.
     """
-    if not entries or session.camera.tracked:
+    if not entries:
         return session, ()
-    if not session.camera.without_poses:
+    if not session.camera.tracked and not session.camera.without_poses:
         begun = without_tracker(session, _NO_FIXES)
         if begun is None:
             return session, ()
@@ -221,6 +221,8 @@ def with_taps_corrected(session: Session, entries: Sequence[SetTap]) -> tuple[Se
     fixes, uses = session.camera.fixes or _NO_FIXES, list[str]()
     for entry in entries:
         fixes = _with_tap(fixes, entry, int(session.camera.time_ns[0]), uses)
+    if session.camera.tracked:
+        return replace(session, camera=replace(session.camera, fixes=fixes)), tuple(uses)
     return _with_fixes_judged_again(session, fixes), tuple(uses)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if
-from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
+from vislam2tag.core.context import PlaceTies, PlacingHints, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.estimation.observations import FEWEST_FRAMES
 from vislam2tag.intake.pose_conventions import pose_findings
@@ -37,6 +37,7 @@ from vislam2tag.site.model import Floor, SessionRef, Site
 from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.site_table import site_finding
 from vislam2tag.site.walkable.drawn_cells import drawn_area
+from vislam2tag.site.walkable.plan_costs import plans_of
 
 _REFUSED = ("pose_convention", "far_landmarks", "not_level")
 """Kinds of findings that, as errors, keep a session from being mapped."""
@@ -58,6 +59,8 @@ class SessionTask:
     """Where the other sessions without poses led on its floor; None where it is mapped alone."""
     ties: PlaceTies | None = None
     """Where other sessions say that it was, by what they received; None if they do not constrain it."""
+    hints: PlacingHints | None = None
+    """What other sessions say of its place on the plan; None where it is mapped alone."""
     tracker: TrackerNoise | None = None
     """How noisy other sessions say that the tracker is; None where it is mapped alone."""
 
@@ -213,7 +216,9 @@ def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -
         session = replace(session, camera=camera, findings=(*session.findings, *findings))
     session, uses = with_taps_corrected(session, taps)
     if not session.camera.without_poses:
-        return replace(session, camera=replace(session.camera, ties=task.ties, tracker=task.tracker)), uses
+        others = replace(session.camera, ties=task.ties, tracker=task.tracker, hints=task.hints)
+        plans = plans_of(task.site.floors)
+        return replace(session, camera=replace(others, plans=plans, own_floor=floor.number)), uses
     return replace(session, camera=replace(session.camera, area=drawn_area(floor), ways=task.ways)), uses
 
 

@@ -210,6 +210,12 @@ ADVICE: Mapping[str, str] = MappingProxyType(
         Status.TRACKING_LOST.label: "walk there again from landmark to landmark, with good light and visible structure",
         Status.BREAK.label: "walk there again from landmark to landmark",
         Status.NO_MAPPING.label: "pass at least two landmarks on each walk",
+        Status.AMBIGUOUS.label: "tap one known place on the plan, or walk longer through rooms and corridors",
+        Status.FITS_NOWHERE.label: "check the plan, its scale and the floor of the session",
+        Status.FITS_MIRROR.label: "tap a known place, or walk longer; check whether the plan is mirrored",
+        Status.FITS_OTHER_FLOOR.label: "check the floor of the session, or tap a known place on it",
+        Status.TOO_SHORT.label: "walk two minutes or longer, or tap known places",
+        Status.PLAN_TOO_OPEN.label: "use landmarks in halls",
     }
 )
 """Remedies for causes that a walker can avoid."""

@@ -114,14 +114,21 @@ class WalkerMotion:
 
 
 def bridged_observations(
-    camera: CameraTrack, log: LandmarkLog, range_m: float, *, slips: bool = False, surveyed: Collection[str] = ()
+    camera: CameraTrack,
+    log: LandmarkLog,
+    range_m: float,
+    *,
+    slips: bool = False,
+    surveyed: Collection[str] = (),
+    turned_as_camera: bool = False,
 ) -> WalkObservations:
     """Reduce a session with two or more usable frames for the smoother, with bridged losses.
 
     With ``slips`` possible slips of the tracker are also detected. If there are more landmarks than can be solved for,
-    ``surveyed`` ones have priority.
+    ``surveyed`` ones have priority. ``turned_as_camera`` is explained at
+    :func:`~vislam2tag.estimation.odometry.continuous_odometry`.
     """
-    odometry = continuous_odometry(camera, log)
+    odometry = continuous_odometry(camera, log, turned_as_camera=turned_as_camera)
     asked = slips or (odometry.jump_m2 > 0).any() or (odometry.jump_rad2 > 0).any()
     if camera.inertial is not None and asked:
         exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)

@@ -18,10 +18,10 @@ from vislam2tag.estimation.frame_states import ExposureInterpolation
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
-from vislam2tag.estimation.settings import HeightSettings
+from vislam2tag.estimation.settings import HeightSettings, MappingSettings
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk, solve_with_ties
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
-from vislam2tag.estimation.strategy import TrajectoryBuilder, not_converged, register
+from vislam2tag.estimation.strategy import MappingStrategy, TrajectoryBuilder, not_converged, register
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,8 @@ class Smoother:
     heights: HeightSettings = field(default_factory=HeightSettings)
     without_tracker: DeadReckoning = field(default_factory=DeadReckoning)
     """The strategy for sessions without poses."""
+    without_landmarks: MappingStrategy | None = None
+    """The strategy for sessions that no landmarks connect to the building, if their floor has a plan."""
     needs: str = (
         "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading (a session without "
         "poses: two known positions at different places)"
@@ -53,17 +55,23 @@ class Smoother:
         if smoothed is not None and camera.inertial is not None and may_have_slipped(smoothed):  # the IMU shows when
             observations = observe(slips=True)
             smoothed = solve_walk(observations, priors, camera.tracker)
-        nothing = replace(nothing, visits=_visits(observations), events=observations.odometry.events)
+        if smoothed is None and self.without_landmarks is not None and camera.plans:
+            return self.without_landmarks.map(camera, log, landmarks)
         if smoothed is None:
-            return nothing
+            return replace(nothing, visits=_visits(observations), events=observations.odometry.events)
+        return self.mapped(smoothed, camera, log, landmarks)
+
+    def mapped(self, smoothed: SolvedWalk, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """The trajectory of a walk that was solved by its landmarks, or by places on a plan."""
+        observations = smoothed.model.observations
         frame = observations.odometry.frame
         tied = smoothed if camera.ties is None else self._tied(smoothed, camera, frame, camera.ties)
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
         return replace(
             self._placed(tied, camera, frame, heights.z_m[frame]),
-            visits=nothing.visits,
+            visits=_visits(observations),
             floor=heights.floor,
-            events=tuple(sorted((*nothing.events, *slips(smoothed)), key=lambda event: event.frame)),
+            events=tuple(sorted((*observations.odometry.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
             passes_left_out=observations.passes_left_out,
             not_converged=(
@@ -104,16 +112,26 @@ def _visits(observations: WalkObservations) -> tuple[Visit, ...]:
     return tuple(
         Visit(int(frame[at]), observations.ids[landmark], float(distance))
         for at, landmark, distance in zip(passes.at, passes.landmark, passes.distance_m, strict=True)
+        if observations.ids[landmark]
     )
 
 
-register(
-    "smoother",
-    lambda settings: Smoother(
+def smoother_of(settings: MappingSettings) -> Smoother:
+    """The smoother with these settings."""
+    return Smoother(
         settings.smoother.sighting_range_m,
         settings.smoother.allow_for_pose_lag,
         settings.smoother.body_behind_camera_m,
         settings.heights,
         DeadReckoning(settings.dead_reckoning, settings.heights),
-    ),
-)
+    )
+
+
+def _with_plan(settings: MappingSettings) -> Smoother:
+    from vislam2tag.estimation.strategies.floor_plan import FloorPlan  # which is made of the smoother
+
+    alone = smoother_of(settings)
+    return replace(alone, without_landmarks=FloorPlan(alone))
+
+
+register("smoother", _with_plan)

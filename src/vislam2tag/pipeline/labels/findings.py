@@ -14,6 +14,7 @@ from vislam2tag.estimation.settings import MIN_JUDGED
 from vislam2tag.estimation.strategy import surveyed_rows
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
+from vislam2tag.pipeline.labels.placing_findings import placing_findings
 from vislam2tag.sessions.prepared import PreparedSession
 
 
@@ -44,6 +45,7 @@ def mapping_findings(prepared: PreparedSession, trajectory: Trajectory, radius_m
         *_contradicting_fixes(trajectory, prepared),
         *_unjudged_fixes(trajectory),
         *_not_converged(trajectory),
+        *placing_findings(prepared, trajectory),
         *_passes_left_out(trajectory, len(session.landmarks.ids)),
     ]
 

@@ -22,10 +22,12 @@ from vislam2tag.core.status import STATUS_LABELS, Status, counts_by_label, has_p
 from vislam2tag.core.tracks import CameraTrack, Landmarks, Trajectory
 from vislam2tag.labeling.new_frame import turned_result
 from vislam2tag.labeling.results import (
+    CandidatePath,
     ContradictionMark,
     ErrorRecord,
     EventMark,
     FileAccount,
+    PlacingRecord,
     RecordingRecord,
     ScanStatistics,
     SessionResult,
@@ -182,6 +184,31 @@ def contradiction_marks(trajectory: Trajectory, landmarks: Landmarks) -> list[Co
     return marks
 
 
+def placing_record(trajectory: Trajectory) -> PlacingRecord | None:
+    """How the walk was placed on its floor's plan; None if it was not."""
+    placing = trajectory.placing
+    if placing is None:
+        return None
+    known = math.isfinite(placing.scale)
+    return PlacingRecord(
+        labelled_share=round(placing.labelled_share, 4),
+        reason=placing.reason.label,
+        way_m=round(placing.way_m, 1),
+        misfit=round(placing.misfit, 3),
+        mirror=round(placing.mirror, 1),
+        exchanged=round(placing.exchanged, 1),
+        floors={number: round(nats, 1) for number, nats in placing.floors},
+        scale=round(placing.scale, 4) if known else None,
+        scale_sigma=round(placing.scale_sigma, 4) if known else None,
+        time_ns=trajectory.time_ns[list(placing.frame)].tolist(),
+        candidates=[
+            CandidatePath(weight=round(one.weight, 3), points=[_pair(point) for point in one.position_bcs])
+            for one in placing.candidates
+        ],
+        best_tap_ns=None if placing.best_tap is None else int(trajectory.time_ns[placing.best_tap]),
+    )
+
+
 def _when_and_where(trajectory: Trajectory, frame: int, own: int) -> dict[str, Any]:
     """Time of a frame, position of the camera (None: not mapped), and its floor if that is not ``own``."""
     mapped = has_position(trajectory.status[frame : frame + 1]).all()
@@ -276,6 +303,7 @@ def session_result(
         drawing=drawings.pop(own),
         elsewhere=drawings,
         corrections=list(prepared.corrections),
+        placing=placing_record(trajectory),
         passes=passes_record(prepared, settings.mapping.smoother.sighting_range_m),
     )
     return turned_result(result, task.frames) if task.frames else result

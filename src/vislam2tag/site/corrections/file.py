@@ -205,7 +205,7 @@ class DropRepeatedScans(Correction):
 
 
 class SetTap(Correction):
-    """A walk without a tracker was at this position at this time; without x and y, the tap at this time is removed."""
+    """A walk was at this position at this time; without x and y, the tap at this time is removed."""
 
     session: str
     at_s: Annotated[float, Field(ge=0, le=1e9)]

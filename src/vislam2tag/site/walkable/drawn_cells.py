@@ -128,7 +128,7 @@ def drawing_mark(floor: Floor) -> str | None:
     if floor.plan is None or floor.plan.suffix.lower() in IMAGES:
         return None
     try:
-        content = floor.stored_plan.sha256 if floor.stored_plan else _sha256(floor.plan)
+        content = floor.stored_plan.sha256 if floor.stored_plan else file_mark(floor.plan)
     except OSError:
         return None
     placing = [None if part is None else part.model_dump(mode="json") for part in (floor.source, floor.georeference)]
@@ -145,7 +145,7 @@ def drawn_area(floor: Floor) -> WalkableArea | None:
     if mark is None:
         return None
     if mark not in _areas:
-        with _plan_at_hand(floor) as here:
+        with plan_at_hand(floor) as here:
             try:
                 _areas[mark] = polygon_area(floor_plan(here, _PICTURE_PX), WalkableSettings(cell_m=CELL_M))
             except SurveyError:
@@ -154,7 +154,7 @@ def drawn_area(floor: Floor) -> WalkableArea | None:
 
 
 @contextmanager
-def _plan_at_hand(floor: Floor) -> Iterator[Floor]:
+def plan_at_hand(floor: Floor) -> Iterator[Floor]:
     """Yield the floor with its plan on this machine, whichever opened the survey, while the block lasts."""
     stored = floor.stored_plan
     if stored is None:
@@ -162,12 +162,13 @@ def _plan_at_hand(floor: Floor) -> Iterator[Floor]:
         return
     with scratch_folder() as scratch:
         plan = scratch / PurePosixPath(stored.name).name
-        if stored.store.fetch(stored.name, scratch, plan.name) is None or _sha256(plan) != stored.sha256:
+        if stored.store.fetch(stored.name, scratch, plan.name) is None or file_mark(plan) != stored.sha256:
             raise StoreError(
                 f"{stored.store.address}/{stored.name}: was changed during the run; run the same command again"
             )
         yield replace(floor, plan=plan)
 
 
-def _sha256(path: Path) -> str:
+def file_mark(path: Path) -> str:
+    """SHA-256 of a file; raises OSError if it cannot be read."""
     return hashlib.sha256(read_bytes(path)).hexdigest()

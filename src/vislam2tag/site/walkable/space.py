@@ -122,9 +122,30 @@ def walkable_space(
     walked.
     """
     settings = settings or WalkableSettings()
+    from vislam2tag.site.walkable.painted_cells import largest_region
+
+    free, grid, findings = free_cells(plan, settings, mask)
+    region, closed_off = largest_region(free, grid, settings)
+    if not region.any():
+        raise SurveyError(
+            "the plan has no walkable space; expected walls around free space that is wider than "
+            f"{settings.passage_m} m. Check the plan's scale, or paint the floor green in a mask and pass it as "
+            "--mask"
+        )
+    area = WalkableArea(region, grid.origin_m, grid.cell_m)
+    return WalkableSpace(area, wall_segments(area), findings + closed_off)
+
+
+def free_cells(
+    plan: FloorPlan, settings: WalkableSettings, mask: npt.NDArray[np.uint8] | None = None
+) -> tuple[BoolArray, CellGrid, tuple[Finding, ...]]:
+    """Which cells (rows, columns) of a floor are no wall, closed-off parts included, their grid, and findings.
+
+    ``mask`` is as :func:`walkable_space` says.
+    """
     # of an extra: generated buildings, which have no plan, do without
     from vislam2tag.site.walkable.drawn_cells import plan_grid, polygon_area
-    from vislam2tag.site.walkable.painted_cells import corrected_cells, inside_of, largest_region
+    from vislam2tag.site.walkable.painted_cells import corrected_cells, inside_of
 
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()
@@ -134,15 +155,7 @@ def walkable_space(
         free = drawn.mask
     else:
         free, findings = inside_of((_walls(plan, grid, settings) & ~green) | red, grid.cell_m, settings)
-    region, closed_off = largest_region((free | green) & ~red, grid, settings)
-    if not region.any():
-        raise SurveyError(
-            "the plan has no walkable space; expected walls around free space that is wider than "
-            f"{settings.passage_m} m. Check the plan's scale, or paint the floor green in a mask and pass it as "
-            "--mask"
-        )
-    area = WalkableArea(region, grid.origin_m, grid.cell_m)
-    return WalkableSpace(area, wall_segments(area), findings + closed_off)
+    return (free | green) & ~red, grid, findings
 
 
 def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolArray:

@@ -1,0 +1,99 @@
+"""How unlikely it is to walk through each place of a floor, by its plan.
+
+Walking through a wall costs about 4 nats, so one door that nobody drew does not refute a pose. Small obstacles that
+stand free may be furniture, which people move, and cost less.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea
+
+Float32Array: TypeAlias = npt.NDArray[np.float32]
+
+FINE_M = 0.1
+"""Side of the cells that have a cost, metres."""
+COARSE = 4
+"""A cell of positions is as wide as so many of these."""
+POSITION_M = FINE_M * COARSE
+OUTSIDE_NATS_M = 10.0
+"""Cost of a metre outside the walkable cells ..."""
+AT_WALL_NATS_M, NEAR_WALL_M = 6.0, 0.25
+"""... and at a wall, which falls to 0 at this distance from it."""
+FURNITURE_M, FURNITURE_SHARE = 2.5, 0.25
+"""Obstacles that fit into a square of this side cost only this share."""
+REACH_M = 14.0
+"""Points of a stretch are at most this far from its middle, metres."""
+
+
+@dataclass(frozen=True)
+class WallCosts:
+    """Cost of a metre of way, nats, on cells of :data:`FINE_M`: ``cost`` (rows, columns), row 0 and column 0 begin at
+    ``origin_m`` (x, y), BCS.
+    """
+
+    cost: Float32Array
+    origin_m: tuple[float, float]
+
+    @classmethod
+    def of(cls, area: WalkableArea) -> WallCosts:
+        """Compute them for an area."""
+        from scipy.ndimage import distance_transform_edt
+
+        free = _resampled(area)
+        blocked = np.pad(~free, 1, constant_values=True)
+        solid = blocked & ~_small_obstacles(blocked)
+        cost = np.zeros(blocked.shape, dtype=np.float32)
+        for walls, share in ((blocked, FURNITURE_SHARE), (solid, 1.0)):
+            away_m = (np.asarray(distance_transform_edt(~walls)) - 0.5) * FINE_M
+            near = AT_WALL_NATS_M * (1 - away_m / NEAR_WALL_M).clip(0, 1)
+            cost = np.maximum(cost, share * np.where(walls, OUTSIDE_NATS_M, near)).astype(np.float32)
+        return cls(np.ascontiguousarray(cost[1:-1, 1:-1]), area.origin_m)
+
+    @property
+    def positions(self) -> CellGrid:
+        """The grid of positions."""
+        rows, columns = (-(-side // COARSE) for side in self.cost.shape)
+        return CellGrid(self.origin_m, POSITION_M, rows, columns)
+
+    @cached_property
+    def interleaved(self) -> Float32Array:
+        """(4, 4, rows, columns) the costs that lie at the same place of each coarse cell, with a margin of
+        :data:`REACH_M` all around, where a metre costs as much as outside.
+        """
+        margin, grid = round(REACH_M / POSITION_M) * COARSE, self.positions
+        padded = np.full(
+            (grid.rows * COARSE + 2 * margin, grid.columns * COARSE + 2 * margin), OUTSIDE_NATS_M, dtype=np.float32
+        )
+        padded[margin : margin + self.cost.shape[0], margin : margin + self.cost.shape[1]] = self.cost
+        rows, columns = (side // COARSE for side in padded.shape)
+        parts = padded.reshape(rows, COARSE, columns, COARSE).transpose(1, 3, 0, 2)
+        return np.ascontiguousarray(parts)
+
+
+def _resampled(area: WalkableArea) -> npt.NDArray[np.bool_]:
+    """The area's mask on cells of :data:`FINE_M`; a cell counts as free if its middle is."""
+    if abs(area.cell_m - FINE_M) < 1e-9:
+        return area.mask
+    rows, columns = (
+        np.minimum((np.arange(max(round(side * area.cell_m / FINE_M), 1)) + 0.5) * FINE_M / area.cell_m, side - 1)
+        for side in area.mask.shape
+    )
+    return np.asarray(area.mask[np.ix_(rows.astype(np.int64), columns.astype(np.int64))])
+
+
+def _small_obstacles(blocked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Blocked cells (rows, columns) of parts that fit into a square of :data:`FURNITURE_M`."""
+    from scipy.ndimage import find_objects, label
+
+    parts, count = label(blocked, structure=np.ones((3, 3)))
+    small = np.zeros(count + 1, dtype=np.bool_)
+    for number, box in enumerate(find_objects(parts), 1):
+        small[number] = max(side.stop - side.start for side in box) * FINE_M <= FURNITURE_M
+    return np.asarray(small[parts])

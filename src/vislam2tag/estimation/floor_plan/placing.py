@@ -1,0 +1,154 @@
+"""A walk placed on the plans of a building: its poses, what is certain, and what would make it certain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from vislam2tag.core.arrays import ComplexArray, StatusArray
+from vislam2tag.core.context import PlanOfFloor
+from vislam2tag.core.placing import Candidate, Placing
+from vislam2tag.core.status import Status
+from vislam2tag.core.transforms import as_points
+from vislam2tag.estimation.floor_plan.acceptance import WalkFit, judged, misfit_of
+from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, evidence_of
+from vislam2tag.estimation.floor_plan.local_poses import LOCAL_LENGTH_M, LocalPoses, local_poses
+from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
+from vislam2tag.estimation.floor_plan.posterior import (
+    NOTHING,
+    OF_DECOYS,
+    BestPose,
+    Evidence,
+    Filtered,
+    WalkPosterior,
+    best_pose,
+    filtered,
+    walk_posterior,
+)
+from vislam2tag.estimation.floor_plan.samples import possible_paths, telling_stretch
+from vislam2tag.estimation.floor_plan.stretches import Stretches, stretches_of
+from vislam2tag.estimation.odometry import Odometry
+
+ENOUGH_NATS = 7.0
+"""A decoy whose evidence is lower by more than this is not followed further."""
+AHEAD_POINTS = 10
+"""So many points show the heading of a stretch, 2 m."""
+MOST_CANDIDATES = 12
+"""Paths that are shown."""
+
+
+@dataclass(frozen=True)
+class PlacedWalk:
+    """A walk on its floor's plan: ``status`` (s,) of each stretch, the pose of each, and finer poses of those that are
+    certain.
+    """
+
+    walk: Stretches
+    status: StatusArray
+    best: tuple[BestPose, ...]
+    local: LocalPoses
+    placing: Placing
+
+    def frame_status(self, count: int) -> StatusArray:
+        """Status (count,) of all frames of the odometry: that of their stretch, between two the worse of both."""
+        frame = np.arange(count)
+        first = np.array([one.first for one in self.walk.stretches])
+        last = np.array([one.last for one in self.walk.stretches])
+        after = np.searchsorted(first, frame, side="right") - 1
+        inside = (after >= 0) & (frame <= last[after])
+        following = np.minimum(after + 1, len(first) - 1)
+        beside = np.where(self.status[after.clip(0)] != Status.OK, self.status[after.clip(0)], self.status[following])
+        beside = np.where(after < 0, self.status[0], beside)
+        return np.where(inside, self.status[after.clip(0)], beside).astype(np.int8)
+
+
+def place_walk(
+    odometry: Odometry, plans: Sequence[PlanOfFloor], own: int, facts: Sequence[Fact] = ()
+) -> PlacedWalk | None:
+    """Place a walk on the plan of its ``own`` floor; None if that has no plan, or the walk has no stretch."""
+    walk = stretches_of(odometry)
+    if not walk.stretches:
+        return None
+    grids = {plan.number: PoseGrid(costs) for plan in plans if (costs := plan.costs) is not None}
+    if own not in grids:
+        return None
+    with threadpool_limits(limits=1):  # threads cost more than they save on matrices of this size
+        grid = grids.pop(own)
+        evidence = evidence_of(grid, walk, odometry, facts)
+        posterior = walk_posterior(grid, walk, evidence)
+        best = tuple(best_pose(grid, poses) for poses in posterior.poses)
+        fit = _fit(odometry, walk, posterior, best, grids, facts)
+        status = judged(fit, best)
+        local = local_poses(grid.costs, walk, best, status == Status.OK, stretches_of(odometry, LOCAL_LENGTH_M))
+        return PlacedWalk(walk, status, best, local, _placing(odometry, walk, posterior, fit, status))
+
+
+def _fit(
+    odometry: Odometry,
+    walk: Stretches,
+    posterior: WalkPosterior,
+    best: Sequence[BestPose],
+    others: dict[int, PoseGrid],
+    facts: Sequence[Fact],
+) -> WalkFit:
+    """Compare the walk's evidence with that of decoys and of other floors."""
+    grid, total = posterior.grid, posterior.log_evidence
+    bound = total - ENOUGH_NATS
+
+    def decoy(first: int) -> float:
+        """Advantage of the walk over itself mirrored from a stretch on, nats."""
+        path = mirrored_path(odometry, walk, first)
+        other = stretches_of(replace(odometry, path=path))
+        shown = [fact for fact in facts if not isinstance(fact, KnownTurn)]
+        evidence = evidence_of(grid, other, replace(odometry, path=path), shown)
+        return total - reached(grid, other, evidence, posterior.filtered.first(first))
+
+    def reached(on: PoseGrid, other: Stretches, evidence: Evidence, start: Filtered = NOTHING) -> float:
+        """Logarithm of the evidence of another walk, or on another plan."""
+        return filtered(on, other, evidence, start=start, bound=bound, negligible=OF_DECOYS).total
+
+    # Who knows a place on a floor knows the floor.
+    rivals = {} if any(isinstance(fact, KnownPlace) for fact in facts) else others
+    half = len(walk.stretches) // 2
+    return WalkFit(
+        misfit=misfit_of(walk, best),
+        mirror=decoy(0),
+        exchanged=decoy(half) if half else ENOUGH_NATS,
+        floors={number: total - reached(rival, walk, {}) for number, rival in rivals.items()},
+        open_share=float(np.exp(posterior.filtered.log_evidence[0])),
+        way_m=walk.way_m,
+    )
+
+
+def mirrored_path(odometry: Odometry, walk: Stretches, first: int) -> ComplexArray:
+    """The path (n,) with left and right exchanged from a stretch on, at the heading in which that begins."""
+    frame, points = walk.stretches[first].first, walk.stretches[first].points
+    pivot, ahead = complex(points[0]), complex(points[min(len(points) - 1, AHEAD_POINTS)] - points[0])
+    turned = (ahead / abs(ahead)) ** 2 if abs(ahead) > 0 else 1.0
+    path = odometry.path.copy()
+    path[frame if first else 0 :] = pivot + turned * (path[frame if first else 0 :] - pivot).conj()
+    return path
+
+
+def _placing(
+    odometry: Odometry, walk: Stretches, posterior: WalkPosterior, fit: WalkFit, status: StatusArray
+) -> Placing:
+    reasons = status[status != Status.OK]
+    labelled = len(reasons) < len(status)
+    paths = possible_paths(walk, posterior, MOST_CANDIDATES) if len(reasons) else ()
+    middles = np.array([(one.first + one.last) // 2 for one in walk.stretches])
+    return Placing(
+        way_m=fit.way_m,
+        misfit=fit.misfit,
+        mirror=fit.mirror,
+        exchanged=fit.exchanged,
+        floors=tuple(sorted(fit.floors.items())),
+        labelled_share=1 - len(reasons) / len(status),
+        reason=Status.OK if labelled else Status(int(np.bincount(reasons).argmax())),
+        frame=tuple(odometry.frame[middles].tolist()),
+        candidates=tuple(Candidate(path.weight, as_points(path.place)) for path in paths),
+        best_tap=int(odometry.frame[middles[telling_stretch(paths)]]) if len(paths) > 1 else None,
+    )

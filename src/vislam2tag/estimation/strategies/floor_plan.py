@@ -1,0 +1,144 @@
+"""Walks placed by their shape on the floor's plan, with or without landmarks (docs/explanation/floor_plan.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, StatusArray
+from vislam2tag.core.placing import Placing
+from vislam2tag.core.status import Status
+from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.floor_plan.facts import facts_of
+from vislam2tag.estimation.floor_plan.local_poses import LocalPoses
+from vislam2tag.estimation.floor_plan.placing import PlacedWalk, place_walk
+from vislam2tag.estimation.landmark_priors import LandmarkPriors
+from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
+from vislam2tag.estimation.settings import ON_PLAN
+from vislam2tag.estimation.smoother import SolvedWalk, first_problem, solve_about_places
+from vislam2tag.estimation.strategies.smoother import Smoother, smoother_of
+from vislam2tag.estimation.strategy import TrajectoryBuilder, register
+
+TIED_M = 12.0
+"""Places on the plan so far apart along the way err together by 1 / e."""
+PLAN_M, PLAN_SHARE = 0.1, 0.01
+"""Common error per axis of all places on a plan against surveyed landmarks: of its position, metres, and its scale."""
+
+
+@dataclass(frozen=True)
+class FloorPlan:
+    """Labels the stretches of a walk that the plan of its floor places with certainty; the others get a reason."""
+
+    smoother: Smoother
+    """Solves for the path through the places found, and maps walks that a plan does not help."""
+    needs: str = "a walk of about two minutes with turns, on a floor whose plan shows its walls"
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map the frames of all certain stretches; with surveyed landmarks also those that they determine."""
+        if camera.without_poses or not camera.plans or camera.usable.sum() < FEWEST_FRAMES:
+            return self.smoother.map(camera, log, landmarks)
+        observations = bridged_observations(
+            camera, log, self.smoother.sighting_range_m, surveyed=landmarks.surveyed_ids, turned_as_camera=True
+        )
+        priors = LandmarkPriors.of(observations.ids, landmarks)
+        facts = facts_of(camera, observations, priors)
+        placed = place_walk(observations.odometry, camera.plans, camera.own_floor, facts)
+        if placed is None:
+            return self.smoother.map(camera, log, landmarks)
+        mapped_by_landmarks = first_problem(observations, priors, camera.tracker) is not None
+        if not len(placed.local.place):
+            return self._refused(camera, log, landmarks, placed, mapped_by_landmarks=mapped_by_landmarks)
+        solved = _solved(camera, observations, priors, placed.local)
+        mapped = self.smoother.mapped(solved, camera, log, landmarks)
+        placing = _with_scale(placed.placing, solved)
+        if mapped_by_landmarks:
+            return replace(mapped, placing=placing)
+        return _without(mapped, placed.frame_status(len(observations.odometry.frame)), observations, placing)
+
+    def _refused(
+        self,
+        camera: CameraTrack,
+        log: LandmarkLog,
+        landmarks: Landmarks,
+        placed: PlacedWalk,
+        *,
+        mapped_by_landmarks: bool,
+    ) -> Trajectory:
+        """The walk by its landmarks alone, or with the reason of each stretch."""
+        if mapped_by_landmarks:
+            return replace(self.smoother.map(camera, log, landmarks), placing=placed.placing)
+        builder = TrajectoryBuilder.blank(camera, placed.placing.reason)
+        builder.status[camera.usable] = placed.frame_status(int(camera.usable.sum()))
+        return replace(builder.finish(camera, (), ()), placing=placed.placing)
+
+
+def _solved(
+    camera: CameraTrack, observations: WalkObservations, priors: LandmarkPriors, local: LocalPoses
+) -> SolvedWalk:
+    """Solve for the path through the places on the plan and the landmarks."""
+    at = np.array([(one.first + one.last) // 2 for one in local.stretches])
+    path = observations.odometry.path[at]
+    middle = np.array([one.middle for one in local.stretches])
+    place = local.place + np.exp(1j * local.yaw_rad) * (path - middle)
+    covariance = _joint_covariance(local, at, observations, place)
+    if priors.surveyed.any():
+        covariance += _common_covariance(place)
+    return solve_about_places(observations, priors, at, place, local.yaw_rad, covariance, camera.tracker)
+
+
+def _joint_covariance(
+    local: LocalPoses,
+    at: IntArray,
+    observations: WalkObservations,
+    place: ComplexArray,
+) -> FloatArray:
+    """(2k, 2k) covariance of x, y of each place: neighbours along the way err alike."""
+    way = np.concatenate(([0.0], np.cumsum(observations.odometry.step_length_m)))[at]
+    alike = np.exp(-np.abs(way[:, None] - way) / TIED_M)
+    root = np.linalg.cholesky(local.covariance_m2)
+    joint = np.einsum("iab,ij,jcb->iajc", root, alike, root)
+    return np.asarray(joint.reshape(2 * len(place), 2 * len(place)))
+
+
+def _common_covariance(place: ComplexArray) -> FloatArray:
+    """(2k, 2k) covariance that all places share, because their plan is shifted and scaled."""
+    away = place - place.mean()
+    both = np.stack((away.real, away.imag), axis=1).ravel()
+    axis = np.tile(np.eye(2), (len(place), len(place)))
+    return np.asarray(PLAN_M**2 * axis + PLAN_SHARE**2 * np.outer(both, both))
+
+
+def _with_scale(placing: Placing, solved: SolvedWalk) -> Placing:
+    """Add the size of the plan: the solved walk is so many times as long as the tracker's."""
+    scale, sigma = solved.mean_scale()
+    return replace(placing, scale=scale, scale_sigma=sigma)
+
+
+def _without(
+    mapped: Trajectory,
+    status: StatusArray,
+    observations: WalkObservations,
+    placing: Placing,
+) -> Trajectory:
+    """The trajectory without positions of stretches that are not certain."""
+    frame = observations.odometry.frame
+    every = mapped.status.copy()
+    every[frame] = np.where(mapped.status[frame] == Status.OK, status, mapped.status[frame])
+    gone = frame[status != Status.OK]
+    position, orientation, covariance = (
+        values.copy() for values in (mapped.position_bcs, mapped.orientation_bcs, mapped.covariance_bcs)
+    )
+    position[gone], orientation[gone], covariance[gone] = np.nan, np.nan, np.nan
+    return replace(
+        mapped,
+        position_bcs=position,
+        orientation_bcs=orientation,
+        covariance_bcs=covariance,
+        status=every,
+        placing=placing,
+    )
+
+
+register(ON_PLAN, lambda settings: FloorPlan(smoother_of(settings)))
