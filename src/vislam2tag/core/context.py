@@ -162,13 +162,11 @@ class PossiblePosition:
 class PlacingHints:
     """What other walks of a floor say of a walk that is placed on its plan.
 
-    ``turn_rad`` is ``bcs_R_acs`` at its first frame by compass and the plan's north, within ``turn_sigma_rad``; None if
-    the north is not known.
+    ``north_rad`` is ``bcs_R_enu``, the direction of east from the plan's x axis; None if it is not known.
     """
 
     places: tuple[PossiblePosition, ...] = ()
-    turn_rad: float | None = None
-    turn_sigma_rad: float = float("nan")
+    north_rad: float | None = None
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ class Candidate:
 
     weight: float
     position_bcs: FloatArray
+    turn_rad: float
+    """``bcs_R_continuous``, mean over the walk."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,9 @@ class Placing:
     frame: tuple[int, ...] = ()
     """Frames of the camera track at which candidates have positions."""
     candidates: tuple[Candidate, ...] = ()
-    """Most probable first; one where the whole walk is certain."""
+    """Most probable first; one if the whole walk is certain."""
+    compass_rad: float | None = None
+    """``enu_R_continuous`` by the rotation vector: minus a candidate's ``turn_rad`` it shows north; None if unknown."""
     best_tap: int | None = None
     """Frame of the camera track at which a known place would help most; None if none is needed."""
     scale: float = float("nan")

@@ -234,6 +234,11 @@ def _twist(orientation_acs: FloatArray) -> FloatArray:
     return wrapped(2 * np.arctan2(y, w))
 
 
+def twist_between(before_acs: FloatArray, after_acs: FloatArray) -> float:
+    """Turn of a camera about the vertical between two orientations (4,), rad."""
+    return float(_twist(np.stack((before_acs, after_acs)))[0])
+
+
 def _judge(steps: _Steps, moves: MapMoves, with_map: ComplexArray, frozen: BoolArray) -> _Verdict:
     """Separate map updates and jumps (n - 1,) from motion; steps of a frozen camera are never motion."""
     miss = np.where(frozen, np.abs(steps.moved), steps.miss_m)

@@ -216,10 +216,18 @@ def _on_its_floor(session: Session, task: SessionTask, taps: Sequence[SetTap]) -
         session = replace(session, camera=camera, findings=(*session.findings, *findings))
     session, uses = with_taps_corrected(session, taps)
     if not session.camera.without_poses:
-        others = replace(session.camera, ties=task.ties, tracker=task.tracker, hints=task.hints)
+        others = replace(session.camera, ties=task.ties, tracker=task.tracker, hints=_hints(task))
         plans = plans_of(task.site.floors)
         return replace(session, camera=replace(others, plans=plans, own_floor=floor.number)), uses
     return replace(session, camera=replace(session.camera, area=drawn_area(floor), ways=task.ways)), uses
+
+
+def _hints(task: SessionTask) -> PlacingHints | None:
+    """Hints of other sessions; the north of a georeferenced floor is known without them."""
+    georeference = task.floor.georeference
+    if georeference is None:
+        return task.hints
+    return replace(task.hints or PlacingHints(), north_rad=float(np.radians(georeference.bearing_deg)))
 
 
 def _with_readings(session: Session) -> Session:
@@ -300,7 +308,7 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
 
 def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[Finding]:
     """Report the priors from other sessions for a session that is mapped together with them."""
-    if told is None:
+    if told is None or not told.ids:
         return []
     sigma_m = np.sqrt(np.diag(told.joint_covariance)[: 2 * len(told.ids)].reshape(-1, 2).mean(axis=1))
     message = (

@@ -154,7 +154,7 @@ def test_a_session_that_workers_die_of_tells_others_nothing(survey: Path) -> Non
 def test_a_session_is_told_how_noisy_others_of_its_device_are(survey: Path) -> None:
     opened = open_survey(survey)
     tasks = [session_task(ref, opened, Corrections(), TOGETHER) for ref in opened.sessions]
-    with_told, _ = told_tasks(opened, tasks, TOGETHER, partial(process_all, workers=1), lambda *_: None)
+    with_told = told_tasks(opened, tasks, TOGETHER, partial(process_all, workers=1), lambda *_: None).tasks
     noise = {task.ref.key: reduce_session(TOGETHER.mapping, task).noise for task in tasks}
     for task in with_told:
         keys = sorted(noise)

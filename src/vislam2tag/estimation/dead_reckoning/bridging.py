@@ -18,7 +18,7 @@ from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.estimation.dead_reckoning.gait import WindowFeatures, speed_model
 from vislam2tag.estimation.dead_reckoning.signals import RATE_HZ, WalkSignals, turned_about_up
 from vislam2tag.estimation.observations import WalkObservations
-from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+from vislam2tag.estimation.odometry import Odometry, continuous_odometry, twist_between
 
 WINDOW_S, HOP_S = 1.0, 0.25
 """Length of the windows in which paths are compared, and interval of their starts."""
@@ -95,6 +95,8 @@ class WalkerMotion:
 
     path: ComplexArray
     known: BoolArray
+    turned_rad: FloatArray
+    """(n,) turn of the device about the vertical, counted from the start."""
 
     @classmethod
     def of(cls, log: InertialLog, time_ns: IntArray) -> WalkerMotion | None:
@@ -110,7 +112,7 @@ class WalkerMotion:
         unknown = np.interp(at_s, signals.time_s, np.cumsum(~signals.known))
         within = (at_s >= 0) & (at_s <= signals.time_s[-1])
         known = (np.diff(unknown) == 0) & within[1:] & within[:-1]
-        return cls(np.interp(at_s, signals.time_s, path), known)
+        return cls(np.interp(at_s, signals.time_s, path), known, np.interp(at_s, signals.time_s, np.unwrap(turned_rad)))
 
 
 def bridged_observations(
@@ -134,6 +136,8 @@ def bridged_observations(
         exposed_ns = camera.time_ns[odometry.frame] - round((camera.pose_lag_s or 0.0) * 1e9)
         motion = WalkerMotion.of(camera.inertial, exposed_ns)
         if motion is not None:
+            if turned_as_camera:
+                odometry = turned_as_device(odometry, camera, motion)
             odometry = bridged(with_slips(odometry, motion) if slips else odometry, motion)
     return WalkObservations.of(camera, log, range_m, odometry, surveyed)
 
@@ -146,6 +150,43 @@ def with_slips(odometry: Odometry, motion: WalkerMotion) -> Odometry:
         doubt[steps] = 0
         doubt[(steps.start + steps.stop) // 2] = off
     return replace(odometry, doubt=doubt)
+
+
+GYROSCOPE_SIGMA_RAD, GYROSCOPE_DRIFT_RAD_S = 0.02, 0.005
+"""Error of the turn of a device over a stretch: a constant, and what grows with its duration."""
+BESIDE_S = 0.1
+"""Turns are compared from this long before a stretch to this long after it, because frames beside a jump may be
+smoothed."""
+
+
+def turned_as_device(odometry: Odometry, camera: CameraTrack, motion: WalkerMotion) -> Odometry:
+    """Turn n frames' odometry after each stretch that the tracker does not show, so that the camera turned as much as
+    the device by its gyroscope: they are one body.
+    """
+    time_s, frames = odometry.time_s, odometry.frame
+    unseen = (odometry.jump_m2 > 0) | (odometry.jump_rad2 > 0)
+    unknown = np.concatenate(([0], np.cumsum(~motion.known)))
+    turn, jump_rad2 = np.ones(len(unseen), dtype=np.complex128), odometry.jump_rad2.copy()
+    for start, stop in runs_of(unseen):
+        first, last = np.searchsorted(time_s, (time_s[start] - BESIDE_S, time_s[stop] + BESIDE_S)).tolist()
+        first, last = max(first, 0), min(last, len(time_s) - 1)
+        if unknown[last] != unknown[first]:
+            continue
+        camera_rad = twist_between(*camera.orientation_acs[frames[[first, last]]])
+        camera_rad += float(np.angle(odometry.turn[last] * odometry.turn[first].conjugate()))
+        missing = camera_rad - float(motion.turned_rad[last] - motion.turned_rad[first])
+        turn[stop:] *= np.exp(-1j * missing)
+        duration_s = time_s[stop] - time_s[start]
+        sigma2 = GYROSCOPE_SIGMA_RAD**2 + (GYROSCOPE_DRIFT_RAD_S * duration_s) ** 2
+        jump_rad2[start:stop] = np.minimum(sigma2 / (stop - start), np.maximum(jump_rad2[start:stop], sigma2))
+    step = np.diff(odometry.path) * turn
+    return replace(
+        odometry,
+        path=odometry.path[0] + np.concatenate(([0.0], np.cumsum(step))),
+        turn=odometry.turn * np.concatenate(([1.0], turn)),
+        jump_rad2=jump_rad2,
+        doubt=odometry.doubt * turn,
+    )
 
 
 def bridged(odometry: Odometry, motion: WalkerMotion) -> Odometry:

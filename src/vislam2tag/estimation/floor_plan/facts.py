@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.estimation.floor_plan.compass import compass_turn_rad
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, PossiblePlaces
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations
@@ -13,6 +14,8 @@ TAP_SIGMA_M = 0.7
 """A tap without a stated sigma: a person taps a point on the plan."""
 SEEN_SIGMA_M = 0.3
 """Error of a sighting, per axis, beyond that of the survey."""
+COMPASS_SIGMA_RAD = np.radians(25.0)
+"""Error of the direction of a whole walk by the rotation vector: iron and currents turn it indoors."""
 MOST_LANDMARKS = 40
 
 
@@ -63,9 +66,10 @@ def _hints(camera: CameraTrack, observations: WalkObservations) -> list[Fact]:
         )
         for hint in hints.places
     ]
-    if hints.turn_rad is not None:
-        turn = complex(observations.odometry.turn[0])
-        found.append(KnownTurn(0, hints.turn_rad - float(np.angle(turn)), hints.turn_sigma_rad))
+    compass_rad = compass_turn_rad(camera, observations.odometry) if hints.north_rad is not None else None
+    if hints.north_rad is not None and compass_rad is not None:
+        middle = len(observations.odometry.path) // 2
+        found.append(KnownTurn(middle, hints.north_rad + compass_rad, COMPASS_SIGMA_RAD))
     return found
 
 

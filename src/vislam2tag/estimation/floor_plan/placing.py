@@ -28,7 +28,7 @@ from vislam2tag.estimation.floor_plan.posterior import (
     filtered,
     walk_posterior,
 )
-from vislam2tag.estimation.floor_plan.samples import possible_paths, telling_stretch
+from vislam2tag.estimation.floor_plan.samples import PossiblePath, possible_paths, telling_stretch
 from vislam2tag.estimation.floor_plan.stretches import Stretches, stretches_of
 from vislam2tag.estimation.odometry import Odometry
 
@@ -36,6 +36,8 @@ ENOUGH_NATS = 7.0
 """A decoy whose evidence is lower by more than this is not followed further."""
 AHEAD_POINTS = 10
 """So many points show the heading of a stretch, 2 m."""
+POINTS_OF_STRETCH = 3
+"""So many points of each stretch are kept of a candidate, about 4 m apart."""
 MOST_CANDIDATES = 12
 """Paths that are shown."""
 
@@ -83,7 +85,7 @@ def place_walk(
         fit = _fit(odometry, walk, posterior, best, grids, facts)
         status = judged(fit, best)
         local = local_poses(grid.costs, walk, best, status == Status.OK, stretches_of(odometry, LOCAL_LENGTH_M))
-        return PlacedWalk(walk, status, best, local, _placing(odometry, walk, posterior, fit, status))
+        return PlacedWalk(walk, status, best, local, _placing(odometry, walk, posterior, fit, status, best))
 
 
 def _fit(
@@ -134,12 +136,23 @@ def mirrored_path(odometry: Odometry, walk: Stretches, first: int) -> ComplexArr
 
 
 def _placing(
-    odometry: Odometry, walk: Stretches, posterior: WalkPosterior, fit: WalkFit, status: StatusArray
+    odometry: Odometry,
+    walk: Stretches,
+    posterior: WalkPosterior,
+    fit: WalkFit,
+    status: StatusArray,
+    best: Sequence[BestPose],
 ) -> Placing:
     reasons = status[status != Status.OK]
-    labelled = len(reasons) < len(status)
-    paths = possible_paths(walk, posterior, MOST_CANDIDATES) if len(reasons) else ()
-    middles = np.array([(one.first + one.last) // 2 for one in walk.stretches])
+    if len(reasons):
+        paths = possible_paths(walk, posterior, MOST_CANDIDATES)
+    else:
+        certain = PossiblePath(1.0, np.array([one.place for one in best]), np.array([one.yaw_rad for one in best]))
+        paths = (certain,)
+    share = np.linspace(0, 1, 2 * POINTS_OF_STRETCH + 1)[1::2]
+    frames = np.array([one.first + share * (one.last - one.first) for one in walk.stretches]).round().astype(np.int64)
+    away = odometry.path[frames] - np.array([[one.middle] for one in walk.stretches])
+    tap = walk.stretches[telling_stretch(paths)] if len(paths) > 1 else None
     return Placing(
         way_m=fit.way_m,
         misfit=fit.misfit,
@@ -147,8 +160,15 @@ def _placing(
         exchanged=fit.exchanged,
         floors=tuple(sorted(fit.floors.items())),
         labelled_share=1 - len(reasons) / len(status),
-        reason=Status.OK if labelled else Status(int(np.bincount(reasons).argmax())),
-        frame=tuple(odometry.frame[middles].tolist()),
-        candidates=tuple(Candidate(path.weight, as_points(path.place)) for path in paths),
-        best_tap=int(odometry.frame[middles[telling_stretch(paths)]]) if len(paths) > 1 else None,
+        reason=Status(int(np.bincount(reasons).argmax())) if len(reasons) == len(status) else Status.OK,
+        frame=tuple(odometry.frame[frames.ravel()].tolist()),
+        candidates=tuple(_candidate(path, away) for path in paths),
+        best_tap=None if tap is None else int(odometry.frame[(tap.first + tap.last) // 2]),
     )
+
+
+def _candidate(path: PossiblePath, away: ComplexArray) -> Candidate:
+    """A path with positions at points ``away`` (s, k) from the middles of its stretches, continuous frame."""
+    turn = np.exp(1j * path.yaw_rad)
+    position = path.place[:, None] + turn[:, None] * away
+    return Candidate(path.weight, as_points(position.ravel()), float(np.angle(turn.sum())))

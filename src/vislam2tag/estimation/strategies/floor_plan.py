@@ -11,6 +11,7 @@ from vislam2tag.core.placing import Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
+from vislam2tag.estimation.floor_plan.compass import compass_turn_rad
 from vislam2tag.estimation.floor_plan.facts import facts_of
 from vislam2tag.estimation.floor_plan.local_poses import LocalPoses
 from vislam2tag.estimation.floor_plan.placing import PlacedWalk, place_walk
@@ -47,6 +48,8 @@ class FloorPlan:
         placed = place_walk(observations.odometry, camera.plans, camera.own_floor, facts)
         if placed is None:
             return self.smoother.map(camera, log, landmarks)
+        placing = replace(placed.placing, compass_rad=compass_turn_rad(camera, observations.odometry))
+        placed = replace(placed, placing=placing)
         mapped_by_landmarks = first_problem(observations, priors, camera.tracker) is not None
         if not len(placed.local.place):
             return self._refused(camera, log, landmarks, placed, mapped_by_landmarks=mapped_by_landmarks)

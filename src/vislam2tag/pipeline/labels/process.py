@@ -27,12 +27,11 @@ from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.label_run import LabelRun, label_run, opened_run, outdated_findings
 from vislam2tag.pipeline.labels.odd_references import odd_findings
 from vislam2tag.pipeline.labels.session import OfSession, Outcome, Reason, jobs_of
-from vislam2tag.pipeline.labels.together import refuse_together, told_tasks
+from vislam2tag.pipeline.labels.together import TasksTogether, refuse_together, told_tasks
 from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessChoices
 from vislam2tag.pipeline.run.workers import outcomes_of, run_job
-from vislam2tag.quality.diagnosis.record import References
 from vislam2tag.sessions.in_memory import Table, landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
 from vislam2tag.site.corrections.file import Corrections
@@ -77,10 +76,10 @@ def process(
             tell(made.shown.findings)
             tell(made.removed)
             if settings.together:
-                told, found = _told(made, opened, comparing)
-                odd = odd_findings(found)
-                tell(odd)
-                made = told.with_conflicts(found, odd)
+                together = _told(made, opened, comparing)
+                odd = odd_findings(together.references)
+                tell([*odd, *together.questions])
+                made = _with_tasks(made, together).with_conflicts(together.references, [*odd, *together.questions])
             outdated = outdated_findings(made.folder, made.others, settings)
             tell(outdated)
             made = made.with_findings(outdated)
@@ -89,12 +88,14 @@ def process(
             return made.reduced()
 
 
-def _told(made: LabelRun, opened: OpenedSurvey, comparing: Progress[SessionKey]) -> tuple[LabelRun, References]:
-    """The run with the constraints between sessions, and the agreement of all references."""
-    tasks = [*made.tasks, *made.others]
-    told, found = told_tasks(made.survey, tasks, made.settings, opened.run_all, comparing)
+def _told(made: LabelRun, opened: OpenedSurvey, comparing: Progress[SessionKey]) -> TasksTogether:
+    """The tasks of the run, and of its other sessions, with the constraints between sessions."""
+    return told_tasks(made.survey, [*made.tasks, *made.others], made.settings, opened.run_all, comparing)
+
+
+def _with_tasks(made: LabelRun, together: TasksTogether) -> LabelRun:
     count = len(made.tasks)
-    return dataclasses.replace(made, tasks=told[:count], others=told[count:]), found
+    return dataclasses.replace(made, tasks=together.tasks[:count], others=together.tasks[count:])
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,7 @@ def dry_run(
         made = opened_run(opened, OutputFolder(out))
         refuse_mixed_settings(out, settings, [task.ref.slug for task in made.others])
         if settings.together:
-            made, _ = _told(made, opened, silent)
+            made = _with_tasks(made, _told(made, opened, silent))
         todo = [PlannedJob(job, job.code) for job in jobs_of(made.tasks, settings, made.folder)]
         found = outcomes_of(opened.run_all, run_job, todo)
         place = {str(task.ref.key): number for number, task in enumerate(made.tasks)}

@@ -204,6 +204,7 @@ def placing_record(trajectory: Trajectory) -> PlacingRecord | None:
         candidates=[
             CandidatePath(weight=round(one.weight, 3), points=[_pair(point) for point in one.position_bcs])
             for one in placing.candidates
+            if len(placing.candidates) > 1
         ],
         best_tap_ns=None if placing.best_tap is None else int(trajectory.time_ns[placing.best_tap]),
     )

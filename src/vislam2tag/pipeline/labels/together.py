@@ -20,13 +20,14 @@ import polars as pl
 from threadpoolctl import threadpool_limits
 
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import of_landmarks
-from vislam2tag.core.context import PlaceTies, TrackerNoise, WalkedWays
+from vislam2tag.core.context import PlaceTies, PlacingHints, TrackerNoise, WalkedWays
 from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.landmark_survey.comparison import OtherWalks, ToldPlaces
-from vislam2tag.estimation.settings import MappingSettings
+from vislam2tag.estimation.settings import ON_PLAN, MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.estimation.tracker_errors import noise_of_other_walks
 from vislam2tag.labeling.settings import ProcessSettings
@@ -100,6 +101,7 @@ def ties_of(walks: Sequence[HeardWalk]) -> dict[SessionKey, PlaceTies]:
 
 
 STRATEGY = "smoother"
+STRATEGIES = (STRATEGY, ON_PLAN)
 """Other strategies map with surveyed landmarks only, as published."""
 ROUNDED_M, ROUNDED_RAD = 1e-3, 1e-3
 """Positions and headings of priors are rounded to this, which is far below the accuracy of walks ..."""
@@ -113,11 +115,25 @@ FAR_M = 40.0
 """Radio constraints do not help a walk with a shorter way between landmarks (docs/results/how-good.md)."""
 
 
+FEWEST_LANDMARKS = 2
+"""Walks with fewer known landmarks may need the plan."""
+
+
+@dataclass(frozen=True)
+class TasksTogether:
+    """Tasks with constraints from the other sessions, the agreement of all references, and what to ask a person."""
+
+    tasks: list[SessionTask]
+    references: References
+    questions: list[Finding]
+
+
 def refuse_together(strategy: str) -> None:
     """Raise UsageError for a strategy that does not map walks together."""
-    if strategy != STRATEGY:
+    if strategy not in STRATEGIES:
         raise UsageError(
-            f"--together works with the strategy {STRATEGY} only; remove --together or --strategy {strategy}"
+            f"--together works with the strategies {' and '.join(STRATEGIES)} only; remove --together or --strategy "
+            f"{strategy}"
         )
 
 
@@ -147,10 +163,11 @@ def told_tasks(
     settings: ProcessSettings,
     run_all: Executor,
     progress: Progress[SessionKey],
-) -> tuple[list[SessionTask], References]:
-    """Tasks with constraints from all other sessions of the run, and the agreement of all references.
+) -> TasksTogether:
+    """Tasks with constraints from all other sessions of the run.
 
-    ``progress`` is called with each reduced session (twice if walks go far without a landmark) and their number.
+    ``progress`` is called with each reduced session (twice if walks go far without a landmark, or have none) and their
+    number.
     """
     todo = [JoiningJob(job, job.code, reduce_session, ReducedSession) for job in jobs_of(tasks, settings)]
     sessions = outcomes_of(run_all, run_job, todo, lambda session, total: progress(session.key, total))
@@ -173,7 +190,36 @@ def told_tasks(
     with threadpool_limits(limits=1):
         for floor in {walk.key.floor for walk in walks}:
             ties |= ties_of([walk for walk in walks if walk.key.floor == floor])
-    return [replace(task, ties=ties.get(task.ref.key)) for task in tasks], found
+    tasks = [replace(task, ties=ties.get(task.ref.key)) for task in tasks]
+    hints, questions = _placed_together(tasks, settings, run_all, lambda done, all_: progress(done, len(todo) + all_))
+    return TasksTogether([replace(task, hints=hints.get(task.ref.key)) for task in tasks], found, questions)
+
+
+def _placed_together(
+    tasks: list[SessionTask], settings: ProcessSettings, run_all: Executor, progress: Progress[SessionKey]
+) -> tuple[dict[SessionKey, PlacingHints], list[Finding]]:
+    """Hints for the walks that the plans of their floors place, from all walks of these floors, and what to ask for."""
+    by_plan = {task.ref.key.floor for task in tasks if task.floor.plan is not None and _needs_plan(task, settings)}
+    asked = [task for task in tasks if task.ref.key.floor in by_plan]
+    if not asked:
+        return {}, []
+    from vislam2tag.pipeline.labels.placed_together import PlacedSession, placed_session, placing_hints
+
+    reduce = partial(placed_session, settings.strategy)
+    ask = [JoiningJob(job, job.code, reduce, PlacedSession) for job in jobs_of(asked, settings)]
+    walks = outcomes_of(run_all, run_job, ask, lambda walk, total: progress(walk.key, total))
+    hints: dict[SessionKey, PlacingHints] = {}
+    questions: list[Finding] = []
+    for floor in sorted(by_plan):
+        of_floor, question = placing_hints([walk for walk in walks if walk.key.floor == floor])
+        hints |= of_floor
+        questions += question
+    return hints, questions
+
+
+def _needs_plan(task: SessionTask, settings: ProcessSettings) -> bool:
+    """Whether a session is placed by the plan: by choice, or because landmarks do not connect it to the building."""
+    return settings.strategy == ON_PLAN or task.told is None or len(task.told.ids) < FEWEST_LANDMARKS
 
 
 def _tracker_noise(mapped: Sequence[ReducedSession]) -> dict[SessionKey, TrackerNoise | None]:
