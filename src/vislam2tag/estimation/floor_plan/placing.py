@@ -147,7 +147,8 @@ def _placing(
     if len(reasons):
         paths = possible_paths(walk, posterior, MOST_CANDIDATES)
     else:
-        certain = PossiblePath(1.0, np.array([one.place for one in best]), np.array([one.yaw_rad for one in best]))
+        place, yaw_rad = np.array([one.place for one in best]), np.array([one.yaw_rad for one in best])
+        certain = PossiblePath(1.0, place, yaw_rad, np.ones(len(best)))
         paths = (certain,)
     share = np.linspace(0, 1, 2 * POINTS_OF_STRETCH + 1)[1::2]
     frames = np.array([one.first + share * (one.last - one.first) for one in walk.stretches]).round().astype(np.int64)

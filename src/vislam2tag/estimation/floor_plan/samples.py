@@ -23,12 +23,13 @@ ALIKE_M, UNLIKE_SHARE = 3.0, 0.1
 @dataclass(frozen=True)
 class PossiblePath:
     """One of the paths that a walk may have taken, with its probability ``weight``: ``place`` (s,) complex, metres, of
-    the stretches' middles, and ``yaw_rad`` (s,).
+    the stretches' middles, and ``yaw_rad`` (s,). ``firm`` (s,) is the share of similar drawn paths that are there.
     """
 
     weight: float
     place: ComplexArray
     yaw_rad: FloatArray
+    firm: FloatArray
 
 
 def possible_paths(walk: Stretches, posterior: WalkPosterior, most: int) -> tuple[PossiblePath, ...]:
@@ -43,11 +44,14 @@ def possible_paths(walk: Stretches, posterior: WalkPosterior, most: int) -> tupl
         group = left[alike[row]]
         # The drawn path that is most like the others of its group.
         centre = group[int(np.argmin(np.abs(place[group] - place[group].mean(axis=0)).sum(axis=1)))]
-        found.append(PossiblePath(len(group) / SAMPLES, place[centre], yaw[centre]))
+        firm = (np.abs(place[group] - place[centre]) < ALIKE_M).mean(axis=0)
+        found.append(PossiblePath(len(group) / SAMPLES, place[centre], yaw[centre], firm))
         left = left[~alike[row]]
     return tuple(sorted(found, key=lambda path: -path.weight))[:most]
 
 
+LOOSE_NATS = 3.0
+"""Cost of asking when a path's own place is not known."""
 SAME_PLACE_M = 3.0
 """A tap does not distinguish paths that are closer together there."""
 
@@ -61,7 +65,8 @@ def telling_stretch(paths: Sequence[PossiblePath]) -> int:
     place = np.stack([path.place for path in paths])  # (paths, s)
     alike = np.abs(place[:, None] - place) < SAME_PLACE_M
     left = np.einsum("j,ijs->is", weight, alike)  # weight of all paths that fit a tap on path i
-    expected = np.einsum("i,is->s", weight, np.log(left))
+    loose = 1 - np.stack([path.firm for path in paths])  # a path that is also elsewhere then
+    expected = np.einsum("i,is->s", weight, np.log(left) + LOOSE_NATS * loose)
     return int(np.argmin(expected))
 
 
