@@ -121,7 +121,8 @@ def _after_process(summary: api.Summary) -> str:
     from vislam2tag.views.run_summary import joining_helps
 
     found = {
-        "process, unsure": joining_helps(summary) and not summary.faults and summary.frames_placed > 0,
+        "process, ask": "one_place_helps" in summary.site_findings,
+        "process, unsure": joining_helps(summary) and not summary.faults and not summary.failed,
         "process, failed": summary.problem is not None,
         "process, faults": bool(summary.faults),
     }

@@ -44,6 +44,7 @@ STEPS: Mapping[str, str] = {
     "run, faults": "vislam2tag diagnose {survey} --apply",
     "run, by hand": "vislam2tag diagnose {survey}",
     "process": "vislam2tag check {survey}",
+    "process, ask": "vislam2tag studio {survey} --labels {out}",
     "process, unsure": "vislam2tag process {survey} --out {out} --together",
     "process, dry run": "vislam2tag process {survey} --out {out}",
     "process, faults": "vislam2tag diagnose {survey}",

@@ -81,7 +81,11 @@ def read_landmark_file(
         table = read_site_table(root, path, columns=LANDMARKS)
     except FileNotFoundError:
         if any(entry.is_dir() for entry in folder.glob("*")):  # walks
-            return [], [_no_landmarks("missing_file", name, "the floor's landmarks are unknown: add the file")]
+            message = (
+                f"floor {floor} has walks and no landmarks: add the file if it has; otherwise walks are placed on the "
+                "floor's plan by their shape, which needs a plan with walls and walks of about two minutes"
+            )
+            return [], [Finding(kind="missing_file", file=name, count=1, message=message)]
         message = (
             f"floor {floor} has no landmarks yet: plan them with `vislam2tag plan SITE --out plan --write`, "
             "or add the file"

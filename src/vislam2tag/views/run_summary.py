@@ -220,6 +220,16 @@ ADVICE: Mapping[str, str] = MappingProxyType(
 )
 """Remedies for causes that a walker can avoid."""
 _ELSE = "see the session's details"
+MAPPED_TOGETHER = ("smoother", "floor-plan")
+OTHERS_HELP = (
+    Status.UNCERTAIN,
+    Status.NO_MAPPING,
+    Status.AMBIGUOUS,
+    Status.TOO_SHORT,
+    Status.FITS_MIRROR,
+    Status.FITS_OTHER_FLOOR,
+)
+"""Statuses of frames that other walks of the floor may make certain."""
 MUCH = 0.1
 """Suggest joint processing from this share of uncertain frames."""
 TOGETHER = "process the walks jointly (process --together)"
@@ -310,12 +320,13 @@ def _lost(summary: Summary) -> Iterator[Problem]:
 
 def may_join(summary: Summary) -> bool:
     """Whether walks were processed separately, but could constrain one another."""
-    return summary.strategy == "smoother" and summary.sessions > 1 and "told_by_others" not in summary.findings
+    joined = "told_by_others" in summary.findings or "one_place_helps" in summary.site_findings
+    return summary.strategy in MAPPED_TOGETHER and summary.sessions > 1 and not joined
 
 
 def joining_helps(summary: Summary) -> bool:
     """Whether so many frames are uncertain or not mapped that joint processing is worth trying."""
-    unsure = sum(summary.frames.get(status.label, 0) for status in (Status.UNCERTAIN, Status.NO_MAPPING))
+    unsure = sum(summary.frames.get(status.label, 0) for status in OTHERS_HELP)
     return may_join(summary) and unsure > MUCH * sum(summary.frames.values())
 
 

@@ -22,6 +22,8 @@ from vislam2tag.estimation.smoother import SolvedWalk, first_problem, solve_abou
 from vislam2tag.estimation.strategies.smoother import Smoother, smoother_of
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 
+PLACE_VARIANCE = 1.5
+"""Factor on the covariance of places: plans and paths err more than the grid knows (simulated walks)."""
 TIED_M = 12.0
 """Places on the plan so far apart along the way err together by 1 / e."""
 PLAN_M, PLAN_SHARE = 0.1, 0.01
@@ -100,7 +102,7 @@ def _joint_covariance(
     """(2k, 2k) covariance of x, y of each place: neighbours along the way err alike."""
     way = np.concatenate(([0.0], np.cumsum(observations.odometry.step_length_m)))[at]
     alike = np.exp(-np.abs(way[:, None] - way) / TIED_M)
-    root = np.linalg.cholesky(local.covariance_m2)
+    root = np.linalg.cholesky(PLACE_VARIANCE * local.covariance_m2)
     joint = np.einsum("iab,ij,jcb->iajc", root, alike, root)
     return np.asarray(joint.reshape(2 * len(place), 2 * len(place)))
 
