@@ -238,11 +238,11 @@ class PlacingRecord(Record):
     misfit: float
     """Cost of the best path, nats per 10 m; more than 0.25 is refused."""
     mirror: float
-    """By how many nats the plan prefers the walk to its mirror image; less than 5 is refused."""
+    """By how many nats the plan prefers the walk to its mirror image; less than 3 is refused, less than 7 at a misfit of 0.25."""
     exchanged: float
-    """The same against the walk with left and right exchanged from its middle on; less than 3 is refused."""
+    """The same against the walk with left and right exchanged from its middle on; less than 1 is refused."""
     floors: dict[int, float] = {}
-    """The same against other floors' plans, by number; less than 3 is refused."""
+    """The same against other floors' plans, by number; less than 1.5 is refused."""
     scale: float | None = None
     """Size of the plan by the tracker: 1.02 means that it is 2 % too large; None if nothing is labelled."""
     scale_sigma: float | None = None

@@ -26,9 +26,12 @@ MOST_MISFIT = 0.25
 """Cost of the best path, nats per 10 m; usually 0.03 to 0.16 on the right plan, 0.2 to 1 on others."""
 MOST_MISFIT_NATS = 2.5
 """Cost of one stretch; a wall costs about 4."""
-LEAST_MIRROR_NATS = 5.0
-LEAST_EXCHANGED_NATS = 3.0
-LEAST_FLOOR_NATS = 3.0
+LEAST_MIRROR_NATS, USUAL_MISFIT, NATS_PER_MISFIT = 3.0, 0.1, 25.0
+"""Required advantage over the mirror image: more for walks that fit worse than usual."""
+MIRRORED_NATS = 5.0
+"""If the mirror image fits better by so much, the plan is mirrored."""
+LEAST_EXCHANGED_NATS = 1.0
+LEAST_FLOOR_NATS = 1.5
 SHORT_M = 60.0
 """A shorter way is called too short where it is ambiguous."""
 OPEN_SHARE = 0.15
@@ -52,8 +55,8 @@ class WalkFit:
     def refusal(self) -> Status:
         """Why no stretch of the walk counts; OK if some may."""
         if self.misfit > MOST_MISFIT:
-            return Status.FITS_NOWHERE if self.mirror > -LEAST_MIRROR_NATS else Status.FITS_MIRROR
-        if self.mirror < LEAST_MIRROR_NATS:
+            return Status.FITS_NOWHERE if self.mirror > -MIRRORED_NATS else Status.FITS_MIRROR
+        if self.mirror < LEAST_MIRROR_NATS + NATS_PER_MISFIT * max(self.misfit - USUAL_MISFIT, 0.0):
             return Status.FITS_MIRROR
         if self.exchanged < LEAST_EXCHANGED_NATS:
             return Status.FITS_NOWHERE

@@ -26,6 +26,7 @@ from vislam2tag.estimation.floor_plan.posterior import (
     WalkPosterior,
     best_pose,
     filtered,
+    open_shares,
     walk_posterior,
 )
 from vislam2tag.estimation.floor_plan.samples import PossiblePath, possible_paths, telling_stretch
@@ -34,6 +35,8 @@ from vislam2tag.estimation.odometry import Odometry
 
 ENOUGH_NATS = 7.0
 """A decoy whose evidence is lower by more than this is not followed further."""
+MOST_POSES = 3_000_000
+"""If more poses are possible at first, the plan is too open (a hall of about 60 m x 60 m)."""
 AHEAD_POINTS = 10
 """So many points show the heading of a stretch, 2 m."""
 POINTS_OF_STRETCH = 3
@@ -79,13 +82,25 @@ def place_walk(
         return None
     with threadpool_limits(limits=1):  # threads cost more than they save on matrices of this size
         grid = grids.pop(own)
+        open_share, possible = open_shares(grid, walk)
+        if possible * np.prod(grid.shape) > MOST_POSES:
+            return _too_open(walk)
         evidence = evidence_of(grid, walk, odometry, facts)
         posterior = walk_posterior(grid, walk, evidence)
         best = tuple(best_pose(grid, poses) for poses in posterior.poses)
-        fit = _fit(odometry, walk, posterior, best, grids, facts)
+        fit = _fit(odometry, walk, posterior, best, grids, facts, open_share)
         status = judged(fit, best)
         local = local_poses(grid.costs, walk, best, status == Status.OK, stretches_of(odometry, LOCAL_LENGTH_M))
         return PlacedWalk(walk, status, best, local, _placing(odometry, walk, posterior, fit, status, best))
+
+
+def _too_open(walk: Stretches) -> PlacedWalk:
+    """A walk on a plan on which too many poses are possible to compare them."""
+    count = len(walk.stretches)
+    nowhere = LocalPoses((), np.empty(0, dtype=np.complex128), np.empty(0), np.empty((0, 2, 2)))
+    status = np.full(count, np.int8(Status.PLAN_TOO_OPEN))
+    placing = Placing(walk.way_m, 0.0, 0.0, 0.0, (), 0.0, Status.PLAN_TOO_OPEN)
+    return PlacedWalk(walk, status, (), nowhere, placing)
 
 
 def _fit(
@@ -95,6 +110,7 @@ def _fit(
     best: Sequence[BestPose],
     others: dict[int, PoseGrid],
     facts: Sequence[Fact],
+    open_share: float,
 ) -> WalkFit:
     """Compare the walk's evidence with that of decoys and of other floors."""
     grid, total = posterior.grid, posterior.log_evidence
@@ -120,7 +136,7 @@ def _fit(
         mirror=decoy(0),
         exchanged=decoy(half) if half else ENOUGH_NATS,
         floors={number: total - reached(rival, walk, {}) for number, rival in rivals.items()},
-        open_share=float(np.exp(posterior.filtered.log_evidence[0])),
+        open_share=open_share,
         way_m=walk.way_m,
     )
 

@@ -21,7 +21,7 @@ from vislam2tag.core.wall_costs import POSITION_M, Float32Array
 from vislam2tag.estimation.floor_plan.pose_grid import YAWS, PoseGrid, Transition, box_around
 from vislam2tag.estimation.floor_plan.stretches import Stretches
 
-NEGLIGIBLE = 1e-8
+NEGLIGIBLE = 1e-6
 """Poses with a smaller share of the greatest weight are dropped ..."""
 NEGLIGIBLE_YAW = 100.0
 """... and yaws with a smaller share of all weight than so many times that."""
@@ -80,6 +80,17 @@ class WalkPosterior:
 
 
 NOTHING = Filtered((), np.empty(0))
+
+
+SAMPLED_YAWS = 10
+"""Every so many yaws show how many poses fit a stretch."""
+
+
+def open_shares(grid: PoseGrid, walk: Stretches) -> tuple[float, float]:
+    """Share of all poses that fit the first stretch, and of those that are not negligible for it, from some yaws."""
+    yaws, (rows, columns) = np.arange(0, YAWS, SAMPLED_YAWS), grid.shape[1:]
+    fit = grid.fit(walk.stretches[0].shape, yaws, (slice(0, rows), slice(0, columns)))
+    return float(np.exp(fit).mean()), float((fit > np.log(NEGLIGIBLE)).mean())
 
 
 def filtered(

@@ -46,7 +46,7 @@ def _not_placed(placing: Placing, trajectory: Trajectory, prepared: PreparedSess
         ),
         Status.FITS_MIRROR: (
             f"the plan of floor {number} fits its mirror image about as well ({placing.mirror:.1f} nats apart; at "
-            "least 5 are required)"
+            "least 3 are required, more if it fits badly)"
         ),
         Status.FITS_OTHER_FLOOR: f"the plan of {_rival(placing)} fits it about as well as that of floor {number}",
         Status.TOO_SHORT: f"its way of {placing.way_m:.0f} m fits several places of the plan of floor {number}",
