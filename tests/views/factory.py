@@ -15,11 +15,13 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import EventKind
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import (
+    CandidatePath,
     ContradictionMark,
     Drawing,
     ErrorRecord,
     EventMark,
     FileAccount,
+    PlacingRecord,
     Polyline,
     ScanStatistics,
     SessionResult,
@@ -113,6 +115,23 @@ def make_result(ref: SessionRef, seed: int = 0, points: int = 300) -> SessionRes
         errors=_errors(random),
         drawing=_drawing(walk, random),
         corrections=["excluded 12.0 s to 15.5 s (corrections.toml, line 4)"] if seed == 1 else [],
+    )
+
+
+def unplaced(reason: str = "ambiguous") -> PlacingRecord:
+    """A walk that the plan of its floor does not place; a tap at 2:10 of a walk from START_NS would help."""
+    moments = [START_NS, START_NS + 200_000_000_000]
+    paths = ((0.6, [(0.0, 1.0), (4.0, 1.0)]), (0.38, [(9.0, 2.0), (9.0, 6.0)]), (0.015, [(5.0, 5.0), (6.0, 6.0)]))
+    return PlacingRecord(
+        labelled_share=0.0,
+        reason=reason,
+        way_m=80.0,
+        misfit=0.1,
+        mirror=7.0,
+        exchanged=7.0,
+        time_ns=moments,
+        candidates=[CandidatePath(weight=weight, points=points) for weight, points in paths],
+        best_tap_ns=START_NS + 130_000_000_000,
     )
 
 

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.views.factory import HEIGHT_M, WIDTH_M, failed_result, make_result, make_survey
+from tests.views.factory import HEIGHT_M, WIDTH_M, failed_result, make_result, make_survey, unplaced
 from vislam2tag.core.status import STATUS_LABELS, EventKind
 from vislam2tag.labeling.results import Drawing, EventMark, LandmarkContradiction, SessionResult, Stretch, VisitMark
 from vislam2tag.site.model import ControlPoints, Floor, Survey
 from vislam2tag.views.floor_map import (
     BAND,
     MAX_PIXELS,
+    PATHS,
     RAW,
     VISITS,
     WIFI,
@@ -127,7 +128,7 @@ def result_with(tmp_path: Path, **changes: object) -> SessionResult:
 
 def test_there_is_a_trace_for_every_layer(tmp_path: Path) -> None:
     layers = {trace["meta"] for trace in session_traces()}
-    assert layers == {BAND, RAW, WIFI, VISITS, *STATUS_LABELS, *map(event_layer, EventKind)}
+    assert layers == {BAND, RAW, PATHS, WIFI, VISITS, *STATUS_LABELS, *map(event_layer, EventKind)}
     assert set(session_part(result_with(tmp_path))["layers"]) <= layers - {BAND}
 
 
@@ -199,6 +200,20 @@ def test_each_floor_has_its_own_share_of_a_walk(tmp_path: Path) -> None:
     assert (here["layers"][VISITS]["x"], there["layers"][VISITS]["x"]) == ([1.0], [3.0])
     assert there["layers"]["ok"]["y"] == [6.0]
     assert here["name"] == there["name"]
+
+
+def test_possible_paths_are_drawn_apart_with_their_weights_on_the_own_floor(tmp_path: Path) -> None:
+    result = result_with(tmp_path, placing=unplaced(), elsewhere={2: Drawing()}, device="A&B")
+    columns = session_part(result)["layers"][PATHS]
+    assert columns["x"] == [0.0, 4.0, None, 9.0, 9.0]
+    assert columns["y"] == [1.0, 1.0, None, 2.0, 6.0]
+    assert [text.partition(": ")[2] for text in columns["hover"]] == [
+        *["possible path 1 of 2, 60 % probable"] * 2,
+        *["possible path 2 of 2, 38 % probable"] * 3,
+    ]
+    assert columns["hover"][0].startswith("A&amp;B / ")
+    assert PATHS not in session_part(result, 2)["layers"]
+    assert PATHS not in session_part(result_with(tmp_path))["layers"]
 
 
 def test_failed_session_draws_nothing(tmp_path: Path) -> None:

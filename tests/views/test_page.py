@@ -14,6 +14,7 @@ from plotly.offline import get_plotlyjs
 from tests.views.factory import make_results, make_survey
 from vislam2tag.settings import Settings
 from vislam2tag.views import page
+from vislam2tag.views.page import moment
 from vislam2tag.views.run_report import write_report
 from vislam2tag.views.run_summary import summarise
 
@@ -65,6 +66,10 @@ def test_percent_never_rounds_to_all_or_nothing(share: float | None, text: str) 
 )
 def test_duration(seconds: float | None, text: str) -> None:
     assert page.duration(seconds) == unbroken(text)
+
+
+def test_a_moment_is_in_minutes_and_whole_seconds() -> None:
+    assert [moment(seconds) for seconds in (0, 36.7, 129.6)] == ["0:00", "0:37", "2:10"]
 
 
 def test_numbers_carry_units() -> None:

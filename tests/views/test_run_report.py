@@ -12,7 +12,15 @@ import pytest
 from markupsafe import escape
 
 from tests.views.browser import own_part, tags_in_figures
-from tests.views.factory import failed_result, make_result, make_results, make_survey, sigma_statistics
+from tests.views.factory import (
+    START_NS,
+    failed_result,
+    make_result,
+    make_results,
+    make_survey,
+    sigma_statistics,
+    unplaced,
+)
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.folder import UNFINISHED
 from vislam2tag.common.findings import Finding
@@ -60,7 +68,7 @@ def test_page_names_every_session_landmark_visit_and_cause(tmp_path: Path) -> No
     assert page.count('class="failed"') == 1
     assert "poses.csv: empty; expected one pose a line" in page
     for label in STATUS_LABELS:
-        assert STATUS_STYLES[label].meaning in page
+        assert escape(STATUS_STYLES[label].meaning) in page
     for text in (
         "Floor 1",
         "Floor 2",
@@ -238,6 +246,31 @@ def test_uncertain_time_is_not_lost_time(tmp_path: Path) -> None:
     page = page_of_one(tmp_path, frame_seconds={"ok": 60.0, "uncertain": 30.0, "gap": 10.0})
     assert "60\u00a0% of the walking time has a position and another 30\u00a0% an uncertain one." in page
     assert "10.0\u00a0s (10\u00a0% of the time) without a position: gap" in page
+
+
+@pytest.mark.parametrize(
+    ("reason", "start_ns", "todo"),
+    [
+        ("ambiguous", START_NS, "In the studio, tap the plan where the walk was at 2:10."),
+        ("ambiguous", None, "Tap one known place on the plan, or walk longer through rooms and corridors."),
+        ("fits_nowhere", START_NS, "Check the plan, its scale and the floor of the session."),
+    ],
+)
+def test_a_session_that_is_not_placed_is_named_with_the_reason_and_what_helps(
+    tmp_path: Path, reason: str, start_ns: int | None, todo: str
+) -> None:
+    seconds = {reason: 200.0}
+    page = page_of_one(tmp_path, placing=unplaced(reason), frame_seconds=seconds, start_ns=start_ns)
+    style = STATUS_STYLES[reason]
+    assert f'<span class="warning">not placed: {style.name}</span>' in page
+    assert f"<b>Not placed on the plan.</b> {escape(style.meaning)} What helps: {todo[0].lower()}{todo[1:]}" in page
+    listed = page.partition('id="unplaced"')[2].partition("</div>")[0]
+    assert f'</a>: {style.name}. <b class="todo">{todo}</b>' in listed
+    assert "1 of 1 sessions could be mapped; none of the walking time has a position." in page
+
+
+def test_a_session_that_is_placed_in_part_is_not_among_those_that_are_not(tmp_path: Path) -> None:
+    assert "unplaced" not in page_of_one(tmp_path, placing=unplaced("ok"))
 
 
 def test_without_a_limit_nothing_is_uncertain_and_the_page_says_why(tmp_path: Path) -> None:

@@ -253,6 +253,17 @@ class PlacingRecord(Record):
     best_tap_ns: int | None = None
     """When a tap on the plan would help most; None if none is needed."""
 
+    @property
+    def refused(self) -> bool:
+        """Whether nothing of the walk is labelled."""
+        return self.reason != Status.OK.label
+
+    def best_tap_s(self, start_ns: int) -> float | None:
+        """When a tap would help most, seconds since the walk's first frame; None if none helps or is needed."""
+        if self.best_tap_ns is None or self.reason == Status.FITS_NOWHERE.label:
+            return None
+        return round((self.best_tap_ns - start_ns) * 1e-9, 2)
+
 
 class SessionResult(Record):
     """Everything about one processed session except its tables."""

@@ -168,6 +168,10 @@ class SessionView(FiniteRecord):
     floors: list[int]
     bounds: dict[str, Box]
     """By floor, around the frames that have a position."""
+    refused: str | None
+    """Why nothing of it is placed on the plan, as a status; None if something is, or no plan is needed."""
+    tap_s: float | None
+    """When a tap on the plan would help most; None if none is needed."""
 
 
 class SessionList(FiniteRecord):
@@ -189,7 +193,7 @@ class VisitView(FiniteRecord):
 
 
 class TapView(FiniteRecord):
-    """A known position of a walk without tracker at a moment, with its corrections; ``name`` is its source."""
+    """A known position of a walk at a moment, with its corrections; ``name`` is its source."""
 
     at_s: float
     x: float
@@ -198,7 +202,10 @@ class TapView(FiniteRecord):
 
 
 class TapsView(FiniteRecord):
-    """All taps of a walk, None if it had a tracker; a correction applies to the tap within ``same_s`` of its moment."""
+    """All taps of a walk, None if it had a tracker and its floor has no plan.
+
+    A correction applies to the tap within ``same_s`` of its moment.
+    """
 
     taps: list[TapView] | None
     same_s: float = SAME_TAP_S
@@ -225,6 +232,27 @@ class DiscardedView(FiniteRecord):
     points: list[Point]
 
 
+class CandidateView(FiniteRecord):
+    """One of the paths that a walk may have taken: its probability, and its points at the times of the placing."""
+
+    weight: float
+    points: list[Point]
+
+
+class PlacingView(FiniteRecord):
+    """How a walk was placed on its floor's plan by its shape."""
+
+    labelled_share: float
+    reason: str
+    """Why nothing of it is labelled, as a status; ``ok`` if something is."""
+    t: list[float]
+    """Times of the points of all candidates."""
+    candidates: list[CandidateView]
+    """The most probable first; empty if the whole walk is certain."""
+    tap_s: float | None
+    """When a tap on the plan would help most; None if none is needed."""
+
+
 class FileView(FiniteRecord):
     """A raw file."""
 
@@ -245,6 +273,8 @@ class SessionDetail(FiniteRecord):
     events: list[EventView]
     contradictions: list[ContradictionMark]
     discarded: list[DiscardedView]
+    placing: PlacingView | None
+    """None if it was not placed on the plan."""
 
 
 class Versions(FiniteRecord):

@@ -49,8 +49,10 @@ def session_detail(workspace: Workspace, id: str) -> messages.SessionDetail:
     key = workspace.now.refs[id].key
     view, result = _session(workspace, id, workspace.stale()), workspace.result(id)
     if result is None:
-        nothing = {name: list[Any]() for name in messages.SessionDetail.model_fields if name != "session"}
-        return messages.SessionDetail(session=view, **nothing)
+        nothing = {
+            name: list[Any]() for name in messages.SessionDetail.model_fields if name not in ("session", "placing")
+        }
+        return messages.SessionDetail(session=view, placing=None, **nothing)
     start_ns = workspace.start_ns(id)
     return seen_as(
         messages.SessionDetail,
@@ -67,6 +69,21 @@ def session_detail(workspace: Workspace, id: str) -> messages.SessionDetail:
             for floor, drawing in _drawings(result).items()
             for stretch in drawing.discarded
         ],
+        placing=_placing(result, start_ns),
+    )
+
+
+def _placing(result: SessionResult, start_ns: int) -> messages.PlacingView | None:
+    """How a walk was placed on the plan; None if it was not."""
+    placing = result.placing
+    if placing is None:
+        return None
+    return seen_as(
+        messages.PlacingView,
+        placing,
+        t=[round((time_ns - start_ns) * 1e-9, 2) for time_ns in placing.time_ns],
+        candidates=[seen_as(messages.CandidateView, path) for path in placing.candidates],
+        tap_s=placing.best_tap_s(start_ns),
     )
 
 
@@ -92,8 +109,16 @@ def _session(workspace: Workspace, id: str, stale: Collection[str]) -> messages.
         excluded=now.corrections.excludes(ref.key),
         stale=id in stale,
         changed=id in workspace.before_slugs,
+        tap_s=_tap_s(workspace, id, result),
         **(_NO_LABELS if result is None else _labels(result)),
     )
+
+
+def _tap_s(workspace: Workspace, id: str, result: SessionResult | None) -> float | None:
+    """When a tap would help a walk most; only then its frames are read."""
+    if result is None or result.placing is None or result.placing.best_tap_ns is None:
+        return None
+    return result.placing.best_tap_s(workspace.start_ns(id))
 
 
 _NO_LABELS: dict[str, Any] = {
@@ -101,7 +126,7 @@ _NO_LABELS: dict[str, Any] = {
     "duration_s": 0.0,
     "distance_m": 0.0,
     "scans": 0,
-    **dict.fromkeys(("error", "labelled_share", "sigma_median_m", "error_m", "severity")),
+    **dict.fromkeys(("error", "labelled_share", "sigma_median_m", "error_m", "severity", "refused")),
     "frames": {},
     "findings": {},
     "events": {},
@@ -115,6 +140,7 @@ _NO_LABELS: dict[str, Any] = {
 def _labels(result: SessionResult) -> dict[str, Any]:
     """Columns of the list from a session's result."""
     severities = {finding.severity for finding in result.findings}
+    placing = result.placing
     drawings = _drawings(result)
     return {
         "labelled": result.error is None,
@@ -132,6 +158,7 @@ def _labels(result: SessionResult) -> dict[str, Any]:
         "scans": result.scans.scans if result.scans else 0,
         "floors": sorted(floor for floor, drawing in drawings.items() if drawing.mapped),
         "bounds": {str(floor): box for floor, drawing in drawings.items() if (box := _box(drawing)) is not None},
+        "refused": placing.reason if placing is not None and placing.refused else None,
     }
 
 
@@ -145,7 +172,7 @@ def taps(workspace: Workspace, id: str) -> messages.TapsView:
     camera = prepared_session(
         session_task(now.refs[id], now.survey, now.corrections, workspace.settings)
     ).session.camera
-    if camera.tracked:
+    if camera.tracked and all(plan.number != camera.own_floor for plan in camera.plans):
         return messages.TapsView(taps=None)
     if camera.fixes is None:
         return messages.TapsView(taps=[])

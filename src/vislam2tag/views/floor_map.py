@@ -20,6 +20,7 @@ from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import (
     EventMark,
     LandmarkContradiction,
+    PlacingRecord,
     Polyline,
     SessionResult,
     Stretch,
@@ -44,7 +45,7 @@ from vislam2tag.views.page import data_uri
 if TYPE_CHECKING:  # SciPy, which the report of a run does without
     from vislam2tag.site.walkable.walked import WalkedFloor
 
-RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
+RAW, WIFI, VISITS, BAND, PATHS = "raw", "wifi", "visits", "band", "paths"
 """Layers besides those named by a status or kind of event; the page computes the band from the mapped layers."""
 
 _POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m"
@@ -52,6 +53,8 @@ MAX_PIXELS = 1400
 """Longer side of the embedded plan, pixels."""
 _JPEG_QUALITY = 80
 _MARGIN_M = 1.0
+_MIN_WEIGHT = 0.02
+"""Less probable paths are not drawn."""
 
 
 def session_traces() -> list[Trace]:
@@ -68,6 +71,7 @@ def session_traces() -> list[Trace]:
     return [
         scatter("lines", "95 % region", fill="toself", **band),
         _layer("lines", RAW, "raw path (aligned)", line={"color": "#8a8a8a", "dash": "solid", "width": 1}),
+        _layer("lines", PATHS, "possible path", line={"color": "#8c6bb1", "dash": "dot", "width": 1.2}),
         *(_status_line(label, width=2.5) for label in discarded),
         _status_line(Status.OK.label, width=2),
         _status_line(Status.UNCERTAIN.label, width=3.5),
@@ -93,6 +97,8 @@ def session_part(result: SessionResult, floor: int | None = None) -> dict[str, A
     drawing = result.drawing if floor is None else result.elsewhere[floor]
     stretches = (*drawing.mapped, *drawing.discarded)
     layers: dict[str, Columns] = {RAW: _points(drawing.raw), WIFI: _points(drawing.wifi)}
+    if floor is None and result.placing is not None:
+        layers[PATHS] = _possible_paths(result.placing, f"{result.device} / {result.session}")
     for status in dict.fromkeys(stretch.status for stretch in stretches):
         layers[status] = _joined(stretch for stretch in stretches if stretch.status == status)
     for layer, (x, y), text in _marks(result, floor):
@@ -134,6 +140,20 @@ def _joined(stretches: Iterable[Stretch]) -> Columns:
             columns[name].extend(values)
     if not any(columns["sigma"]):
         del columns["sigma"]
+    return columns
+
+
+def _possible_paths(placing: PlacingRecord, name: str) -> Columns:
+    """The paths that a walk may have taken, one after the other, apart."""
+    columns: Columns = {"x": [], "y": [], "hover": []}
+    paths = [path for path in placing.candidates if path.weight >= _MIN_WEIGHT]
+    for rank, path in enumerate(paths, start=1):
+        gap: list[Any] = [None] * bool(columns["x"])
+        points = _points(path.points)
+        text = plotly_text(f"{name}: possible path {rank} of {len(paths)}, {100 * path.weight:.0f} % probable")
+        columns["x"] += gap + points["x"]
+        columns["y"] += gap + points["y"]
+        columns["hover"] += [text] * (len(gap) + len(path.points))
     return columns
 
 

@@ -100,6 +100,12 @@ def duration(seconds: float | None) -> str:
     return _unbroken(f"{hours} h {minutes:02d} min")
 
 
+def moment(seconds: float) -> str:
+    """Write a moment of a walk, in seconds since its first frame, as minutes and seconds: ``2:10``."""
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"
+
+
 def distance(metres: float | None) -> str:
     """Write metres as ``12 m``, kilometres from ten thousand metres on."""
     if metres is None:

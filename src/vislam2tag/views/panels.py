@@ -35,6 +35,7 @@ _STRATEGIES = {
     "global": ("Global", "#cc79a7"),
     "global-affine": ("Global (LS)", "#cc79a7"),
     "smoother": ("Smoother", "#009e73"),
+    "floor-plan": ("Floor plan", "#8c6bb1"),
 }
 
 

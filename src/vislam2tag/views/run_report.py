@@ -17,7 +17,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from vislam2tag.common.findings import Severity
-from vislam2tag.common.palette import STATUS_STYLES, style_of
+from vislam2tag.common.palette import STATUS_STYLES, StatusStyle, style_of
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
@@ -26,8 +26,8 @@ from vislam2tag.quality.evaluation.reliability import coverage_curve
 from vislam2tag.site.model import Floor, Survey
 from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
 from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
-from vislam2tag.views.page import embedded, write_page
-from vislam2tag.views.run_summary import accuracy_sentence, lost_times, problems, status_times
+from vislam2tag.views.page import embedded, moment, write_page
+from vislam2tag.views.run_summary import ADVICE, accuracy_sentence, lost_times, problems, status_times
 from vislam2tag.views.uncertainty import event_style, uncertainty
 
 if TYPE_CHECKING:
@@ -63,6 +63,7 @@ class _Pages:
     results: Iterable[SessionResult]
     summary: Summary
     bars: list[TimeBar] = field(default_factory=list)
+    unplaced: list[Unplaced] = field(default_factory=list)
     floors_walked: set[int] = field(default_factory=set)
     """Floors visited by walks whose session belongs to another floor."""
 
@@ -85,9 +86,11 @@ class _Pages:
             interval_s = result.scans.median_interval_s if result.scans else None
             bar = TimeBar.of(result)
             self.bars.append(bar)
+            if (unplaced := Unplaced.of(result, bar)) is not None:
+                self.unplaced.append(unplaced)
             self.floors_walked |= result.elsewhere.keys() & {floor.number for floor in self.survey.site.floors}
             throttled = interval_s is not None and interval_s > longest_s
-            yield _session_view(result, bar) | {"throttled": throttled}
+            yield _session_view(result, bar) | {"throttled": throttled, "unplaced": unplaced}
 
     def time_figure(self) -> Markup:
         return embedded(time_figure(self.bars))
@@ -113,6 +116,7 @@ def _context(
         "style_of": style_of,
         "floors": pages.floors(),
         "time_figure": pages.time_figure,
+        "unplaced": pages.unplaced,
         "figure_of": lambda view: embedded(view["figure"]),
         "part": _part,
         "settings": list(_flat(settings.of_labels())),
@@ -236,6 +240,26 @@ class TimeBar:
         """The column of a session's result."""
         name, anchor = f"{result.device} / {result.session}", f"session-{result.slug}"
         return cls(f"floor {result.floor}", name, anchor, result.frame_seconds, failed=result.error is not None)
+
+
+@dataclass(frozen=True)
+class Unplaced:
+    """A session of which nothing is placed on the plan by its shape: its name, its row, why, and what helps."""
+
+    name: str
+    anchor: str
+    style: StatusStyle
+    todo: str
+
+    @classmethod
+    def of(cls, result: SessionResult, bar: TimeBar) -> Unplaced | None:
+        """What a session's result says; None if anything is placed, or it was not tried."""
+        placing = result.placing
+        if placing is None or not placing.refused:
+            return None
+        tap_s = None if result.start_ns is None else placing.best_tap_s(result.start_ns)
+        tap = "" if tap_s is None else f"in the studio, tap the plan where the walk was at {moment(tap_s)}"
+        return cls(bar.name, bar.anchor, style_of(placing.reason), tap or ADVICE[placing.reason])
 
 
 def time_figure(bars: Sequence[TimeBar]) -> str:

@@ -30,7 +30,7 @@ export async function enter(): Promise<void> {
 export const survey = () => get<Survey>('survey');
 export const sessions = async () => (await get<{ sessions: Session[] }>('sessions')).sessions;
 export const session = (id: string) => get<SessionDetail>(`sessions/${name(id)}`);
-/** Of a walk without tracker; null: it had one. */
+/** Of a walk without tracker, or on a floor with a plan; null: of others. */
 export const taps = (id: string) => get<Taps>(`sessions/${name(id)}/taps`);
 export const overview = async (output: string) => (await source).overview(output);
 export const frames = async (output: string, floor: number, box: number[], points: number) => (await source).frames(output, floor, box, points);

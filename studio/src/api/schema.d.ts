@@ -650,6 +650,19 @@ export interface components {
          */
         Answer: "nothing_wrong" | "wrong" | "not_looked_at" | "not_judged";
         /**
+         * CandidateView
+         * @description One of the paths that a walk may have taken: its probability, and its points at the times of the placing.
+         */
+        CandidateView: {
+            /** Points */
+            points: [
+                number,
+                number
+            ][];
+            /** Weight */
+            weight: number;
+        };
+        /**
          * ChangedPoint
          * @description An access point that changed. Places are centres of cells, BCS metres.
          */
@@ -1563,6 +1576,22 @@ export interface components {
             strategy: string;
         };
         /**
+         * PlacingView
+         * @description How a walk was placed on its floor's plan by its shape.
+         */
+        PlacingView: {
+            /** Candidates */
+            candidates: components["schemas"]["CandidateView"][];
+            /** Labelled Share */
+            labelled_share: number;
+            /** Reason */
+            reason: string;
+            /** T */
+            t: number[];
+            /** Tap S */
+            tap_s: number | null;
+        };
+        /**
          * PlanChange
          * @description Changed landmarks of a plan: the landmark ``moved`` goes ``to`` a point; None adds a new one.
          */
@@ -2268,6 +2297,7 @@ export interface components {
             files: components["schemas"]["FileView"][];
             /** Findings */
             findings: components["schemas"]["Finding"][];
+            placing: components["schemas"]["PlacingView"] | null;
             session: components["schemas"]["SessionView"];
             /** Visits */
             visits: components["schemas"]["VisitView"][];
@@ -2350,6 +2380,8 @@ export interface components {
             labelled_share: number | null;
             /** Landmarks */
             landmarks: string[];
+            /** Refused */
+            refused: string | null;
             /** Scans */
             scans: number;
             severity: components["schemas"]["Severity"] | null;
@@ -2361,6 +2393,8 @@ export interface components {
             stale: boolean;
             /** Start */
             start: string | null;
+            /** Tap S */
+            tap_s: number | null;
         };
         /**
          * Severity
@@ -2520,7 +2554,7 @@ export interface components {
         };
         /**
          * TapView
-         * @description A known position of a walk without tracker at a moment, with its corrections; ``name`` is its source.
+         * @description A known position of a walk at a moment, with its corrections; ``name`` is its source.
          */
         TapView: {
             /** At S */
@@ -2534,7 +2568,9 @@ export interface components {
         };
         /**
          * TapsView
-         * @description All taps of a walk, None if it had a tracker; a correction applies to the tap within ``same_s`` of its moment.
+         * @description All taps of a walk, None if it had a tracker and its floor has no plan.
+         *
+         *     A correction applies to the tap within ``same_s`` of its moment.
          */
         TapsView: {
             /**

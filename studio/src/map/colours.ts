@@ -80,7 +80,7 @@ export function lightened(colours: Colouring): Colouring {
   };
 }
 
-function lighter(colour: string): string {
+export function lighter(colour: string): string {
   const channels = [1, 3, 5].map((place) => parseInt(colour.slice(place, place + 2), 16));
   return `#${channels.map((value) => Math.round(value + 0.3 * (255 - value)).toString(16).padStart(2, '0')).join('')}`;
 }

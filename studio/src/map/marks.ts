@@ -4,6 +4,7 @@ import { LineString, Point, Polygon } from 'ol/geom';
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from 'ol/style';
 import type { ControlPoint, EventStyle, Fault, Feature as LayerFeature, Landmark, WalkEvent } from '../api/model';
 import { type Placing, at } from './affine';
+import { DISTINCT, lighter } from './colours';
 
 export interface Mark {
   kind: 'landmark' | 'control';
@@ -125,12 +126,34 @@ export function arrowFeature(from: number[], to: number[]): Feature {
   return feature;
 }
 
-/** Where a walk without tracker was at a moment. */
+/** Where a walk was at a moment. */
 export function tapFeature(place: number[], text: string, isChosen: boolean, dark: boolean): Feature {
   const feature = new Feature(new Point(place));
   const image = new Circle({ radius: isChosen ? 11 : 8, declutterMode: 'none', fill: new Fill({ color: isChosen ? '#d55e00' : '#0072b2' }), stroke: new Stroke({ color: '#fff', width: 2 }) });
   feature.setStyle(new Style({ image, text: label(text, dark, -18), zIndex: isChosen ? 4 : 3 }));
   return feature;
+}
+
+const DASHES = [undefined, [10, 6], [3, 5], [12, 5, 3, 5]];
+/** Colour and dashes of the possible path of this rank. */
+export const pathLook = (rank: number, dark: boolean): { colour: string; dash: number[] | undefined } => ({
+  colour: dark ? lighter(DISTINCT[rank % DISTINCT.length]) : DISTINCT[rank % DISTINCT.length],
+  dash: DASHES[rank % DASHES.length],
+});
+
+/** A path that a walk may have taken, with a dot and a text where the walk was at a moment. */
+export function pathFeatures(points: number[][], place: number[], text: string, rank: number, faint: boolean, dark: boolean): Feature[] {
+  const { colour, dash } = pathLook(rank, dark);
+  const color = faint ? `${colour}60` : colour;
+  const line = new Feature(new LineString(points));
+  line.setStyle([
+    new Style({ stroke: new Stroke({ color: dark ? '#0d1117a0' : '#ffffffa0', width: 6 }) }),
+    new Style({ stroke: new Stroke({ color, width: 3, lineDash: dash }) }),
+  ]);
+  const dot = new Feature(new Point(place));
+  const image = new Circle({ radius: faint ? 5 : 8, declutterMode: 'none', fill: new Fill({ color }), stroke: new Stroke({ color: '#fff', width: 2 }) });
+  dot.setStyle(new Style({ image, text: faint ? undefined : label(text, dark, -18), zIndex: 3 }));
+  return [line, dot];
 }
 
 /** A point with its name. */

@@ -69,7 +69,7 @@ export function chooseSession(id: string | null): void {
   [choice.time, choice.span] = [0, null];
   const session = id === null ? undefined : data.byId.get(id);
   if (!session) return;
-  if (!session.floors.includes(choice.floor) && session.floors.length) choice.floor = session.floors[0];
+  if (!session.floors.includes(choice.floor)) choice.floor = session.floors[0] ?? session.key.floor;
   const bounds = session.bounds[String(choice.floor)];
   if (bounds) show([{ floor: choice.floor, x: bounds[0], y: bounds[2] }, { floor: choice.floor, x: bounds[1], y: bounds[3] }]);
 }

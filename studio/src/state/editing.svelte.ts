@@ -60,8 +60,8 @@ export function isWritten(change: Change): boolean {
   );
 }
 
-export async function correctAtOnce(changes: Change[]): Promise<void> {
-  await propose(changes);
+export async function correctAtOnce(changes: Change[], saved: () => void = () => {}): Promise<void> {
+  await propose(changes, saved);
   await accept();
 }
 

@@ -13,6 +13,8 @@ class Overlay {
   pictures = $state.raw<Plan[]>([]);
   /** With a function as property `drag` (place, ended) or `press`. */
   features = $state.raw<Feature[]>([]);
+  /** Paths that the chosen walk may have taken, below the features. */
+  paths = $state.raw<Feature[]>([]);
   /** Whether nothing else is drawn: plan, landmarks and walks are left out. */
   alone = $state(false);
   /** Box [left, low, right, high] to bring into view. */

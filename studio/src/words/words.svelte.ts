@@ -38,6 +38,12 @@ export const number = (value: number | null | undefined, digits = 1): string =>
 export const percent = (share: number | null | undefined): string =>
   share === null || share === undefined ? '–' : `${number(share * 100, 1)} %`;
 
+/** Minutes and whole seconds, such as 2:10. */
+export function minutes(seconds: number): string {
+  const whole = Math.max(0, Math.round(seconds));
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;
+}
+
 export function clock(seconds: number): string {
   const whole = Math.max(0, Math.floor(seconds));
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}.${Math.floor((Math.max(0, seconds) % 1) * 10)}`;

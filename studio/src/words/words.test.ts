@@ -2,7 +2,7 @@ import { expect, test } from 'vitest';
 import { de } from './de';
 import { en } from './en';
 import { said } from './sentences';
-import { clock, named, t, words } from './words.svelte';
+import { clock, minutes, named, t, words } from './words.svelte';
 
 const places = (text: string) => [...text.matchAll(/\{\w+\}/g)].map(String).sort();
 
@@ -19,6 +19,7 @@ test('texts follow the language, unknown names are shown as they are', () => {
 });
 
 test('seconds as minutes', () => {
+  expect([0, 129.6, 36.7, -3].map(minutes)).toEqual(['0:00', '2:10', '0:37', '0:00']);
   expect([0, 61.25, -3].map(clock)).toEqual(['0:00.0', '1:01.2', '0:00.0']);
 });
 

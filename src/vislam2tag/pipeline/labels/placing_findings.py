@@ -56,7 +56,7 @@ def _not_placed(placing: Placing, trajectory: Trajectory, prepared: PreparedSess
         Status.FITS_NOWHERE: "Check the plan and its scale, and that the session is on this floor",
         Status.FITS_OTHER_FLOOR: "Check that the session is on this floor; a tap on a known place settles it",
         Status.PLAN_TOO_OPEN: "Use landmarks in such places",
-    }.get(status, f"Tell one place: in the studio, or as set_tap in corrections.toml{_when(placing, trajectory)}")
+    }.get(status, f"Tap one known place in the studio, or add set_tap to corrections.toml{_when(placing, trajectory)}")
     message = f"{refused} % of the walk has no position, because {why}. {cure}"
     return [Finding(kind="not_placed", file="", count=1, message=message)]
 
