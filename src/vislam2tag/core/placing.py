@@ -24,9 +24,9 @@ class Candidate:
 class Placing:
     """Fit of a walk to the plan of its floor.
 
-    ``misfit`` is the cost of its best path, nats per 10 m of way (0.03 to 0.16 is usual). ``mirror`` and ``exchanged``
-    are by how many nats the plan prefers the walk to its mirror image, and to itself with left and right exchanged from
-    the middle on; ``floors`` the same for the plans of other floors, (number, nats).
+    ``misfit`` is the cost of its best path, nats per 10 m of way (0.03 to 0.16 is usual). By ``mirror`` nats the plan
+    prefers the walk to its mirror image. By ``exchanged`` nats it prefers the walk to the same one with left and right
+    exchanged from the middle on. ``floors`` compares with the plans of other floors: (number, nats).
     """
 
     way_m: float

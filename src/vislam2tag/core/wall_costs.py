@@ -1,6 +1,6 @@
 """How unlikely it is to walk through each place of a floor, by its plan.
 
-Walking through a wall costs about 4 nats, so one door that nobody drew does not refute a pose. Small obstacles that
+Walking through a wall costs about 4 nats, so one door that is not drawn does not refute a pose. Small obstacles that
 stand free may be furniture, which people move, and cost less.
 """
 

@@ -40,9 +40,10 @@ OPEN_SHARE = 0.15
 
 @dataclass(frozen=True)
 class WalkFit:
-    """How well a walk fits a plan: ``misfit`` in nats per 10 m; by how many nats its evidence exceeds that of its
-    ``mirror`` image, of itself ``exchanged`` from the middle on, and of other ``floors`` (by number); ``open_share`` is
-    the share of all poses that fit the first stretch.
+    """How well a walk fits a plan: ``misfit`` in nats per 10 m, and by how many nats its evidence exceeds others.
+
+    These are its ``mirror`` image, itself ``exchanged`` from the middle on, and other ``floors``, by number.
+    ``open_share`` is the share of all poses that fit the first stretch.
     """
 
     misfit: float

@@ -157,15 +157,18 @@ def box_around(weight: Float32Array) -> Box:
 
 def _shifts(by_m: FloatArray, sigma_m: float, before: slice, after: slice) -> Float32Array:
     """Matrices (k, a, b) that move values on the cells ``before`` (b) by distances (k,) to those ``after`` (a), and
-    blur them.
+    blur them; on all cells their sum stays the same.
     """
     offset = np.arange(after.start - before.stop + 1, after.stop - before.start) * POSITION_M
-    kernel = _normal(offset - by_m[:, None], sigma_m) * np.float32(POSITION_M / (np.sqrt(2 * np.pi) * sigma_m))
+    reach = round(BLURRED_SIGMAS * sigma_m / POSITION_M) + 1
+    beyond_cell = by_m - POSITION_M * np.round(by_m / POSITION_M)
+    whole = _normal(POSITION_M * np.arange(-reach, reach + 1) - beyond_cell[:, None], sigma_m).sum(axis=1)
+    kernel = _normal(offset - by_m[:, None], sigma_m) / whole[:, None]
     windows = np.lib.stride_tricks.sliding_window_view(kernel, before.stop - before.start, axis=1)
     return np.ascontiguousarray(windows[:, :, ::-1])
 
 
 def _normal(away: FloatArray, sigma: float) -> Float32Array:
-    """Weights of the values of a normal distribution, with sum 1 over all cells."""
+    """Weights of the values of a normal distribution, 1 at its mean."""
     weight = np.exp(-0.5 * (away / sigma) ** 2)
     return np.asarray(weight, dtype=np.float32)

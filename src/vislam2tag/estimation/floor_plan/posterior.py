@@ -18,8 +18,8 @@ import numpy as np
 
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.wall_costs import POSITION_M, Float32Array
-from vislam2tag.estimation.floor_plan.pose_grid import YAWS, PoseGrid, Transition, box_around
-from vislam2tag.estimation.floor_plan.stretches import Stretches
+from vislam2tag.estimation.floor_plan.pose_grid import YAWS, Box, PoseGrid, Transition, box_around
+from vislam2tag.estimation.floor_plan.stretches import Link, Stretches
 
 NEGLIGIBLE = 1e-6
 """Poses with a smaller share of the greatest weight are dropped ..."""
@@ -29,8 +29,6 @@ OF_DECOYS = 1e-5
 """The same for a walk of which only the evidence matters."""
 ANYWHERE = 1e-5
 """Share with which a stretch is anywhere on the plan: the tracker may have jumped unseen."""
-IMPOSSIBLE_NATS = -1e3
-"""Logarithm of the evidence of a stretch that leaves the plan."""
 Evidence = Mapping[int, Float32Array]
 """Log-likelihoods (yaws, rows, columns) of other evidence, by number of the stretch."""
 
@@ -110,32 +108,37 @@ def filtered(
     poses, each = list(start.poses), start.log_evidence.tolist()
     for number in range(len(poses), len(walk.stretches)):
         if number:
-            before = np.zeros(grid.shape, dtype=np.float32)
-            before.ravel()[poses[-1].cell] = poses[-1].weight
-            transition = Transition(grid, walk.links[number - 1])
-            predicted, yaws = transition.forward(before, NEGLIGIBLE_YAW * negligible)
-            if not predicted.any():  # beyond the plan
-                each.append(IMPOSSIBLE_NATS)
-                break
-            box = box_around(predicted)
-            prior = predicted[yaws][:, *box] + np.float32(ANYWHERE / count)
+            prior, yaws, box = _predicted(grid, walk.links[number - 1], poses[-1], NEGLIGIBLE_YAW * negligible)
         else:
-            prior, yaws = np.full(grid.shape, 1 / count, dtype=np.float32), np.arange(YAWS)
-            box = slice(0, grid.shape[1]), slice(0, grid.shape[2])
+            prior, (yaws, box) = np.full(grid.shape, 1 / count, dtype=np.float32), _everywhere(grid)
         fit = grid.fit(walk.stretches[number].shape, yaws, box)
         likely = fit if number not in evidence else fit + evidence[number][yaws][:, *box]
-        weight = np.exp(likely) * prior
+        top = likely.max()  # many facts that contradict each other may have no likelihood that a float can hold
+        weight = np.exp(likely - top) * prior
         total = float(weight.sum(dtype=np.float64))
-        if not weight.max() > 0:
-            each.append(IMPOSSIBLE_NATS)
-            break
-        each.append(float(np.log(total)))
+        each.append(float(np.log(total)) + float(top))
         kept = np.nonzero(weight > negligible * weight.max())
         cell = np.ravel_multi_index((yaws[kept[0]], kept[1] + box[0].start, kept[2] + box[1].start), grid.shape)
         poses.append(PoseWeights(cell, weight[kept] / total, fit[kept].astype(np.float64)))
         if sum(each) < bound:
             break
     return Filtered(tuple(poses), np.array(each))
+
+
+def _everywhere(grid: PoseGrid) -> tuple[IntArray, Box]:
+    return np.arange(YAWS), (slice(0, grid.shape[1]), slice(0, grid.shape[2]))
+
+
+def _predicted(grid: PoseGrid, link: Link, before: PoseWeights, least: float) -> tuple[Float32Array, IntArray, Box]:
+    """Weights (k, r, c) of a stretch's poses by those before it, at yaws (k,) with more than ``least``, in a box."""
+    weight = np.zeros(grid.shape, dtype=np.float32)
+    weight.ravel()[before.cell] = before.weight
+    spread, yaws = Transition(grid, link).forward(weight, least)
+    if spread.sum(dtype=np.float64) > ANYWHERE:
+        box = box_around(spread)
+    else:  # the step leads beyond the plan
+        yaws, box = _everywhere(grid)
+    return spread[yaws][:, *box] + np.float32(ANYWHERE / spread.size), yaws, box
 
 
 def walk_posterior(grid: PoseGrid, walk: Stretches, evidence: Evidence) -> WalkPosterior:

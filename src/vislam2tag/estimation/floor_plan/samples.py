@@ -59,7 +59,7 @@ SAME_PLACE_M = 3.0
 def telling_stretch(paths: Sequence[PossiblePath]) -> int:
     """Number of the stretch at which a known place leaves the fewest possibilities.
 
-    That is the least expected entropy: paths that are at the same place then cannot be told apart by it.
+    That is the least expected entropy: it cannot distinguish paths that are at the same place then.
     """
     weight = np.array([path.weight for path in paths])
     place = np.stack([path.place for path in paths])  # (paths, s)
