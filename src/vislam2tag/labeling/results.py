@@ -238,7 +238,7 @@ class PlacingRecord(Record):
     misfit: float
     """Cost of the best path, nats per 10 m; more than 0.25 is refused."""
     mirror: float
-    """By how many nats the plan prefers the walk to its mirror image; less than 3, or 7 at a misfit of 0.25, is refused."""
+    """By how many nats the plan prefers the walk to its mirror image; below 3 (7 at a misfit of 0.25) is refused."""
     exchanged: float
     """The same against the walk with left and right exchanged from its middle on; less than 1 is refused."""
     floors: dict[int, float] = {}

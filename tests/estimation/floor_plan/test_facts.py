@@ -10,6 +10,7 @@ import pytest
 from tests.drifting import Drifting, loops
 from vislam2tag.core.context import FixLog, PlacingHints, PossiblePosition
 from vislam2tag.core.tracks import CameraTrack
+from vislam2tag.estimation.floor_plan import facts
 from vislam2tag.estimation.floor_plan.evidence import KnownPlace, KnownTurn, PossiblePlaces
 from vislam2tag.estimation.floor_plan.facts import MOST_LANDMARKS, SEEN_SIGMA_M, TAP_SIGMA_M, facts_of
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
@@ -92,16 +93,20 @@ def test_frames_are_counted_in_the_odometry(walk: Drifting) -> None:
     assert fact.frame == 30
 
 
-def test_other_walks_say_where_it_may_have_been_and_its_turn(walk: Drifting) -> None:
+def test_other_walks_say_where_it_may_have_been_and_north_its_turn(
+    walk: Drifting, monkeypatch: pytest.MonkeyPatch
+) -> None:
     camera, observations = seen_on(walk)
     places = np.array([(1.0, 2.0), (3.0, 4.0)])
     place = PossiblePosition(int(camera.time_ns[40]), places, np.array([0.5, 0.3]), 2.0)
-    hinted = replace(camera, hints=PlacingHints((place,), 1.2, 0.4))
+    monkeypatch.setattr(facts, "compass_turn_rad", lambda *_: 0.2)
+    hinted = replace(camera, hints=PlacingHints((place,), 1.2))
     possible, turned = facts_of(hinted, observations, nothing(observations))
     assert isinstance(possible, PossiblePlaces)
     assert (possible.frame, possible.sigma_m) == (40, 2.0)
     assert possible.place.tolist() == [1 + 2j, 3 + 4j]
     assert possible.weight.tolist() == [0.5, 0.3]
-    assert turned == KnownTurn(0, 1.2, 0.4)
+    middle = len(observations.odometry.path) // 2
+    assert turned == KnownTurn(middle, 1.2 + 0.2, facts.COMPASS_SIGMA_RAD)
     without_north = replace(camera, hints=PlacingHints((place,)))
     assert len(facts_of(without_north, observations, nothing(observations))) == 1

@@ -73,7 +73,7 @@ def test_the_same_walk_gives_the_same_paths(in_two: WalkPosterior) -> None:
 
 
 def path_of(weight: float, *place: complex) -> PossiblePath:
-    return PossiblePath(weight, np.array(place, dtype=np.complex128), np.zeros(len(place)))
+    return PossiblePath(weight, np.array(place, dtype=np.complex128), np.zeros(len(place)), np.ones(len(place)))
 
 
 def test_a_tap_helps_most_where_the_paths_are_apart() -> None:
@@ -86,3 +86,9 @@ def test_a_tap_helps_most_where_it_leaves_the_fewest_paths() -> None:
     assert telling_stretch(three) == 2
     rare = [path_of(0.5, 0, 0), path_of(0.45, 0, 50), path_of(0.05, 50, 50)]  # the first tap leaves 95 %
     assert telling_stretch(rare) == 1
+
+
+def test_a_tap_is_not_asked_where_a_path_has_several_places() -> None:
+    loose, firm = path_of(0.5, 0, 0, 0), path_of(0.5, 0, 30, 25)
+    loose.firm[1] = 0.5
+    assert telling_stretch([loose, firm]) == 2
