@@ -30,7 +30,7 @@ def causes(trajectory: Trajectory) -> set[str]:
 
 def test_registered_names_and_unknown_name() -> None:
     assert set(ALL) <= set(strategy_names())
-    with pytest.raises(UsageError, match="available are: dead-reckoning, global"):
+    with pytest.raises(UsageError, match="available are: dead-reckoning, floor-plan, global"):
         strategy_named("nonsense", MappingSettings())
 
 
