@@ -76,6 +76,8 @@ WITHOUT_TRACKER = "dead-reckoning"
 """The strategy for sessions without poses. The smoother passes such sessions to it; it maps no others."""
 
 
+BY_LANDMARKS = "smoother"
+"""The usual strategy for sessions with poses."""
 ON_PLAN = "floor-plan"
 """The strategy that places walks on the floor's plan. The smoother passes sessions without usable landmarks to it."""
 

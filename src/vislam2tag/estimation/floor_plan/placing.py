@@ -118,10 +118,10 @@ def _fit(
 
     def decoy(first: int) -> float:
         """Advantage of the walk over itself mirrored from a stretch on, nats."""
-        path = mirrored_path(odometry, walk, first)
-        other = stretches_of(replace(odometry, path=path))
-        shown = [fact for fact in facts if not isinstance(fact, KnownTurn)]
-        evidence = evidence_of(grid, other, replace(odometry, path=path), shown)
+        mirror = Mirror.at(walk, first)
+        path = replace(odometry, path=mirror.path(odometry.path))
+        other = stretches_of(path)
+        evidence = evidence_of(grid, other, path, mirror.facts(facts))
         return total - reached(grid, other, evidence, posterior.filtered.first(first))
 
     def reached(on: PoseGrid, other: Stretches, evidence: Evidence, start: Filtered = NOTHING) -> float:
@@ -141,14 +141,39 @@ def _fit(
     )
 
 
-def mirrored_path(odometry: Odometry, walk: Stretches, first: int) -> ComplexArray:
-    """The path (n,) with left and right exchanged from a stretch on, at the heading in which that begins."""
-    frame, points = walk.stretches[first].first, walk.stretches[first].points
-    pivot, ahead = complex(points[0]), complex(points[min(len(points) - 1, AHEAD_POINTS)] - points[0])
-    turned = (ahead / abs(ahead)) ** 2 if abs(ahead) > 0 else 1.0
-    path = odometry.path.copy()
-    path[frame if first else 0 :] = pivot + turned * (path[frame if first else 0 :] - pivot).conj()
-    return path
+@dataclass(frozen=True)
+class Mirror:
+    """Exchanges left and right of a walk from ``frame`` on, at the line through ``pivot``, complex metres, whose
+    direction is the square root of ``turn``.
+    """
+
+    frame: int
+    pivot: complex
+    turn: complex
+
+    @classmethod
+    def at(cls, walk: Stretches, first: int) -> Mirror:
+        """Mirror a walk from a stretch on, at the heading in which that begins."""
+        points = walk.stretches[first].points
+        ahead = complex(points[min(len(points) - 1, AHEAD_POINTS)] - points[0])
+        turn = (ahead / abs(ahead)) ** 2 if abs(ahead) > 0 else 1.0 + 0j
+        return cls(walk.stretches[first].first if first else 0, complex(points[0]), turn)
+
+    def path(self, path: ComplexArray) -> ComplexArray:
+        """A path (n,) after the exchange, complex metres."""
+        mirrored = path.copy()
+        mirrored[self.frame :] = self.pivot + self.turn * (path[self.frame :] - self.pivot).conj()
+        return mirrored
+
+    def facts(self, facts: Sequence[Fact]) -> list[Fact]:
+        """Facts of the mirrored walk: what it saw is on its other side, and its heading is not known."""
+        return [
+            replace(fact, offset=self.turn * fact.offset.conjugate())
+            if isinstance(fact, KnownPlace) and fact.frame >= self.frame
+            else fact
+            for fact in facts
+            if not isinstance(fact, KnownTurn)
+        ]
 
 
 def _placing(

@@ -19,7 +19,7 @@ from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import ON_PLAN
 from vislam2tag.estimation.smoother import SolvedWalk, first_problem, solve_about_places
-from vislam2tag.estimation.strategies.smoother import Smoother, smoother_of
+from vislam2tag.estimation.strategies.smoother import Smoother, smoother_of, visits_of
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 
 PLACE_VARIANCE = 1.5
@@ -54,7 +54,9 @@ class FloorPlan:
         placed = replace(placed, placing=placing)
         mapped_by_landmarks = first_problem(observations, priors, camera.tracker) is not None
         if not len(placed.local.place):
-            return self._refused(camera, log, landmarks, placed, mapped_by_landmarks=mapped_by_landmarks)
+            if mapped_by_landmarks:
+                return replace(self.smoother.map(camera, log, landmarks), placing=placed.placing)
+            return _refused(camera, observations, placed)
         solved = _solved(camera, observations, priors, placed.local)
         mapped = self.smoother.mapped(solved, camera, log, landmarks)
         placing = _with_scale(placed.placing, solved)
@@ -62,21 +64,17 @@ class FloorPlan:
             return replace(mapped, placing=placing)
         return _without(mapped, placed.frame_status(len(observations.odometry.frame)), observations, placing)
 
-    def _refused(
-        self,
-        camera: CameraTrack,
-        log: LandmarkLog,
-        landmarks: Landmarks,
-        placed: PlacedWalk,
-        *,
-        mapped_by_landmarks: bool,
-    ) -> Trajectory:
-        """The walk by its landmarks alone, or with the reason of each stretch."""
-        if mapped_by_landmarks:
-            return replace(self.smoother.map(camera, log, landmarks), placing=placed.placing)
-        builder = TrajectoryBuilder.blank(camera, placed.placing.reason)
-        builder.status[camera.usable] = placed.frame_status(int(camera.usable.sum()))
-        return replace(builder.finish(camera, (), ()), placing=placed.placing)
+
+def _refused(camera: CameraTrack, observations: WalkObservations, placed: PlacedWalk) -> Trajectory:
+    """A walk without any position, with the reason of each stretch."""
+    builder = TrajectoryBuilder.blank(camera, placed.placing.reason)
+    builder.status[camera.usable] = placed.frame_status(int(camera.usable.sum()))
+    return replace(
+        builder.finish(camera, (), ()),
+        visits=visits_of(observations),
+        events=observations.odometry.events,
+        placing=placed.placing,
+    )
 
 
 def _solved(

@@ -18,7 +18,7 @@ from vislam2tag.estimation.frame_states import ExposureInterpolation
 from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
-from vislam2tag.estimation.settings import HeightSettings, MappingSettings
+from vislam2tag.estimation.settings import BY_LANDMARKS, HeightSettings, MappingSettings
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk, solve_with_ties
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
 from vislam2tag.estimation.strategy import MappingStrategy, TrajectoryBuilder, not_converged, register
@@ -58,7 +58,7 @@ class Smoother:
         if smoothed is None and self.without_landmarks is not None and camera.plans:
             return self.without_landmarks.map(camera, log, landmarks)
         if smoothed is None:
-            return replace(nothing, visits=_visits(observations), events=observations.odometry.events)
+            return replace(nothing, visits=visits_of(observations), events=observations.odometry.events)
         return self.mapped(smoothed, camera, log, landmarks)
 
     def mapped(self, smoothed: SolvedWalk, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
@@ -69,7 +69,7 @@ class Smoother:
         heights = estimate_heights(camera, log, landmarks, self.heights, observations.odometry)
         return replace(
             self._placed(tied, camera, frame, heights.z_m[frame]),
-            visits=_visits(observations),
+            visits=visits_of(observations),
             floor=heights.floor,
             events=tuple(sorted((*observations.odometry.events, *slips(smoothed)), key=lambda event: event.frame)),
             contradictions=contradictions(smoothed),
@@ -107,7 +107,8 @@ class Smoother:
         return solve_with_ties(smoothed, time_ns, ties)
 
 
-def _visits(observations: WalkObservations) -> tuple[Visit, ...]:
+def visits_of(observations: WalkObservations) -> tuple[Visit, ...]:
+    """Each pass of a landmark, without places that are no landmarks."""
     passes, frame = observations.passes, observations.odometry.frame
     return tuple(
         Visit(int(frame[at]), observations.ids[landmark], float(distance))
@@ -134,4 +135,4 @@ def _with_plan(settings: MappingSettings) -> Smoother:
     return replace(alone, without_landmarks=FloorPlan(alone))
 
 
-register("smoother", _with_plan)
+register(BY_LANDMARKS, _with_plan)
