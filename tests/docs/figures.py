@@ -6,7 +6,7 @@
 
 A result keeps every number of the tables that its command prints, as ``table / row / column``. Pages are made
 from templates beside the results: ``{NAME: table / row / column}`` is a figure, ``{NAME}`` the command that
-measured it, with version and date.
+measured it, with version and date. A place that ends in ``?`` shows ``-`` if there is no such figure.
 """
 
 from __future__ import annotations
@@ -60,7 +60,10 @@ def filled(name: str) -> str:
 
     def shown(place: re.Match[str]) -> str:
         result = found[place[1]]
-        return result["figures"][place[2]] if place[2] else source(result)
+        if not place[2]:
+            return source(result)
+        key = place[2].removesuffix("?")
+        return result["figures"].get(key, "-") if key != place[2] else result["figures"][key]
 
     return PLACE.sub(shown, (RESULTS / f"{name}.md").read_text(encoding="utf-8"))
 

@@ -18,6 +18,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/findings.md": findings_page,
     "reference/settings.md": settings_page,
     "results/agreement.md": lambda: filled("agreement"),
+    "results/floor-plan.md": lambda: filled("floor-plan"),
     "results/how-good.md": lambda: filled("how-good"),
 }
 
