@@ -15,7 +15,7 @@ from vislam2tag.core.arrays import BoolArray, ComplexArray
 from vislam2tag.core.status import EventKind
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import as_complex, as_points, multiply
-from vislam2tag.estimation.odometry import Odometry, continuous_odometry
+from vislam2tag.estimation.odometry import CAMERA_TURN_SIGMA_RAD, Odometry, continuous_odometry
 from vislam2tag.estimation.steps import FOUND_M_S
 
 MILLIMETRE = 1e-3
@@ -268,3 +268,58 @@ def test_two_seconds_without_a_frame_are_a_loss(gap_s: float, expected: list[str
     late = np.arange(300) >= 150
     camera = replace(camera, time_ns=camera.time_ns + late * int(gap_s * 1e9))
     assert kinds(continuous_odometry(camera, nothing_logged())) == expected
+
+
+def camera_of(walk: Drifting) -> CameraTrack:
+    """The walk's camera, which looks ahead."""
+    return camera_track(walk.tracked, walk.time_s, walk.truth, walk.factor)
+
+
+@settings(max_examples=30)
+@given(
+    frames=st.lists(st.sampled_from([301, 902, 1503, 2104]), min_size=1, max_size=3, unique=True),
+    turn_rad=st.sampled_from([-2.0, -0.7, 0.2, 1.0, 2.4]),  # no two jumps cancel each other
+    direction=st.floats(-np.pi, np.pi),
+    size_m=st.floats(1, 60),
+)
+def test_jumps_with_a_turn_are_undone_by_the_turn_of_the_camera(
+    frames: list[int], turn_rad: float, direction: float, size_m: float
+) -> None:
+    walk = loops(2, marks=6, laps=2, rate_hz=30.0)
+    session = camera_of(walk), nothing_logged()
+    for frame in sorted(frames):
+        # About where the camera is then, so that each is a jump of its own size.
+        pivot = complex(as_complex(session[0].plane_acs[[frame]])[0])
+        shift = pivot * (1 - np.exp(1j * turn_rad)) + size_m * np.exp(1j * direction)
+        session = moved(session, after(session, frame), turn_rad, shift)
+    odometry = continuous_odometry(*session, turned_as_camera=True)
+    np.testing.assert_allclose(odometry.path, walk.tracked, atol=0.005 * len(frames))
+    at = [frame - 1 for frame in sorted(frames)]
+    assert np.flatnonzero(odometry.jumped).tolist() == at
+    assert np.angle(odometry.turn[at[0] + 1]) == pytest.approx(-turn_rad, abs=0.01)
+    np.testing.assert_allclose(odometry.jump_rad2[at], CAMERA_TURN_SIGMA_RAD**2)
+    assert odometry.jump_rad2.sum() == pytest.approx(len(frames) * CAMERA_TURN_SIGMA_RAD**2)
+
+
+def test_without_being_asked_to_the_turn_of_a_jump_stays_and_is_uncertain() -> None:
+    walk = loops(2, marks=6, laps=2, rate_hz=30.0)
+    session = camera_of(walk), nothing_logged()
+    turned = moved(session, after(session, 900), 0.8, 5 + 0j)
+    plain = continuous_odometry(*turned)
+    assert abs(plain.path[-1] - walk.tracked[-1]) > 3
+    assert plain.jump_rad2[899] == pytest.approx(0.1**2 + 0.8**2, rel=0.05)
+
+
+def test_a_walk_without_jumps_is_the_same_with_the_turn_of_the_camera() -> None:
+    walk = loops(2, marks=6, laps=1, rate_hz=30.0)
+    camera = camera_of(walk)
+    plain, asked = (continuous_odometry(camera, nothing_logged(), turned_as_camera=flag) for flag in (False, True))
+    np.testing.assert_array_equal(plain.path, asked.path)
+    assert not asked.jump_rad2.any()
+
+
+def test_landmarks_show_the_turn_of_a_jump_better_than_the_camera() -> None:
+    _, session = logged(2)
+    jumped = moved(session, after(session, 700), 0.5, 3 + 1j)
+    plain, asked = (continuous_odometry(*jumped, turned_as_camera=flag) for flag in (False, True))
+    np.testing.assert_allclose(plain.path, asked.path, atol=MILLIMETRE)

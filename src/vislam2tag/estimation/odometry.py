@@ -259,8 +259,10 @@ def _turn_observed(moves: MapMoves) -> BoolArray:
 
 def _without_jumps(steps: _Steps, moves: MapMoves, verdict: _Verdict, *, turned_as_camera: bool) -> _Way:
     """Replace jumps by the prediction of their neighbours, and measure map updates relative to the landmarks."""
-    turn = verdict.frame_turn
-    step = np.where(verdict.jump, steps.expected, steps.moved) * turn[:-1]
+    turn, expected = verdict.frame_turn, steps.expected
+    if turned_as_camera:  # the steps after the jump are turned, too
+        expected = (steps.expected_before + steps.expected_after * np.exp(-1j * verdict.turned)) / 2
+    step = np.where(verdict.jump, expected, steps.moved) * turn[:-1]
     led = (2 * steps.spread_m) ** 2 + (JUMP_SHARE * np.minimum(steps.miss_m, 1.0)) ** 2
     # A camera that turned instantly may have been turned with its map, or not.
     unseen = CAMERA_TURN_SIGMA_RAD if turned_as_camera else np.hypot(UNKNOWN_TURN_RAD, steps.camera_turn)
