@@ -186,6 +186,16 @@ class WalkObservations:
         places = Passes(at, own, nowhere, nowhere, zeros, zeros, np.ones(count, dtype=np.int64))
         return replace(self, ids=(*self.ids, *("" for _ in range(count))), passes=self.passes.with_more(places))
 
+    def scaled(self, scale: float) -> WalkObservations:
+        """The walk, and what it saw, made so many times as large."""
+        odometry = replace(
+            self.odometry,
+            path=self.odometry.path * scale,
+            step_length_m=self.odometry.step_length_m * scale,
+            doubt=self.odometry.doubt * scale,
+        )
+        return replace(self, odometry=odometry, passes=replace(self.passes, offset=self.passes.offset * scale))
+
     def _solvable(self) -> bool:
         return len(self.passes.at) * len(self.ids) ** 2 <= MAX_SOLVER_BLOCKS
 

@@ -1,4 +1,4 @@
-"""Walks of a floor with several possible paths, told apart by the Wi-Fi that they share and by their compasses.
+"""Walks of a floor with several possible paths, distinguished by the Wi-Fi that they share and by their compasses.
 
 Each walk is one of its candidates, or none of these. Similar scans of two walks are probably close together, and
 compasses agree about the plan's north, which is one unknown of the floor. All combinations of candidates are weighted;

@@ -35,6 +35,10 @@ from vislam2tag.estimation.odometry import Odometry
 
 ENOUGH_NATS = 7.0
 """A decoy whose evidence is lower by more than this is not followed further."""
+SCALE_STEP, MOST_STEPS, LEAST_CURVATURE = 0.02, 1.5, 1.0
+"""Scales that are compared, how many steps away the best may be, and the least curvature of the evidence (nats)."""
+LEAST_SCALE_ERROR = 0.008
+"""A smaller error of the plan's scale does no harm."""
 MOST_POSES = 3_000_000
 """If more poses are possible at first, the plan is too open (a hall of about 60 m x 60 m)."""
 AHEAD_POINTS = 10
@@ -56,6 +60,8 @@ class PlacedWalk:
     best: tuple[BestPose, ...]
     local: LocalPoses
     placing: Placing
+    scale: float = 1.0
+    """Size of the plan by the walk's shape: poses are those of the walk made so many times as large."""
 
     def frame_status(self, count: int) -> StatusArray:
         """Status (count,) of all frames of the odometry: that of their stretch, between two the worse of both."""
@@ -85,13 +91,38 @@ def place_walk(
         open_share, possible = open_shares(grid, walk)
         if possible * np.prod(grid.shape) > MOST_POSES:
             return _too_open(walk)
-        evidence = evidence_of(grid, walk, odometry, facts)
-        posterior = walk_posterior(grid, walk, evidence)
+        posterior = walk_posterior(grid, walk, evidence_of(grid, walk, odometry, facts))
+        scale = _scale(posterior, odometry, facts)
+        scale = scale if abs(scale - 1) > LEAST_SCALE_ERROR else 1.0
+        if scale != 1:
+            odometry = replace(odometry, path=odometry.path * scale)
+            walk = stretches_of(odometry)
+            posterior = walk_posterior(grid, walk, evidence_of(grid, walk, odometry, facts))
         best = tuple(best_pose(grid, poses) for poses in posterior.poses)
         fit = _fit(odometry, walk, posterior, best, grids, facts, open_share)
         status = judged(fit, best)
         local = local_poses(grid.costs, walk, best, status == Status.OK, stretches_of(odometry, LOCAL_LENGTH_M))
-        return PlacedWalk(walk, status, best, local, _placing(odometry, walk, posterior, fit, status, best))
+        placing = _placing(odometry, walk, posterior, fit, status, best)
+        return PlacedWalk(walk, status, best, local, placing, scale)
+
+
+def _scale(posterior: WalkPosterior, odometry: Odometry, facts: Sequence[Fact]) -> float:
+    """Size of the plan by the walk: the top of a parabola through the evidence of the walk at three scales.
+
+    1 if the evidence has no top there, or is too flat.
+    """
+
+    def at(scale: float) -> float:
+        other = replace(odometry, path=odometry.path * scale)
+        walk = stretches_of(other)
+        evidence = evidence_of(posterior.grid, walk, other, facts)
+        return filtered(posterior.grid, walk, evidence, negligible=OF_DECOYS).total
+
+    smaller, larger = at(1 - SCALE_STEP), at(1 + SCALE_STEP)
+    curvature = 2 * posterior.log_evidence - smaller - larger
+    if curvature < LEAST_CURVATURE:
+        return 1.0
+    return 1 + SCALE_STEP * float(np.clip((larger - smaller) / curvature / 2, -MOST_STEPS, MOST_STEPS))
 
 
 def _too_open(walk: Stretches) -> PlacedWalk:

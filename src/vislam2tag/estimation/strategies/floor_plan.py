@@ -57,9 +57,9 @@ class FloorPlan:
             if mapped_by_landmarks:
                 return replace(self.smoother.map(camera, log, landmarks), placing=placed.placing)
             return _refused(camera, observations, placed)
-        solved = _solved(camera, observations, priors, placed.local)
+        solved = _solved(camera, observations.scaled(placed.scale), priors, placed.local)
         mapped = self.smoother.mapped(solved, camera, log, landmarks)
-        placing = _with_scale(placed.placing, solved)
+        placing = _with_scale(placed, solved)
         if mapped_by_landmarks:
             return replace(mapped, placing=placing)
         return _without(mapped, placed.frame_status(len(observations.odometry.frame)), observations, placing)
@@ -113,10 +113,10 @@ def _common_covariance(place: ComplexArray) -> FloatArray:
     return np.asarray(PLAN_M**2 * axis + PLAN_SHARE**2 * np.outer(both, both))
 
 
-def _with_scale(placing: Placing, solved: SolvedWalk) -> Placing:
+def _with_scale(placed: PlacedWalk, solved: SolvedWalk) -> Placing:
     """Add the size of the plan: the solved walk is so many times as long as the tracker's."""
     scale, sigma = solved.mean_scale()
-    return replace(placing, scale=scale, scale_sigma=sigma)
+    return replace(placed.placing, scale=placed.scale * scale, scale_sigma=sigma)
 
 
 def _without(

@@ -41,9 +41,11 @@ FEWEST_NORTHS = 2
 
 @dataclass(frozen=True)
 class PlacedSession:
-    """What other sessions may learn from one: its candidates at ``time_ns`` (k,): ``position`` (c, k, 2), ``weight``
-    (c,) and ``north_rad`` (c,), ``bcs_R_enu`` by its compass (None if unknown); its ``scans``; ``ask_ns``, when a tap
-    would help most (None if it is certain); ``start_ns``, its first frame.
+    """What other sessions may learn from one.
+
+    It has candidates with probabilities ``weight`` (c,), positions ``position`` (c, k, 2), metres, at ``time_ns`` (k,),
+    and directions ``north_rad`` (c,), ``bcs_R_enu`` by its compass; None if unknown. ``scans`` are its Wi-Fi scans. A
+    tap would help most at ``ask_ns``; None if it is certain. ``start_ns`` is its first frame.
     """
 
     key: SessionKey
