@@ -34,7 +34,7 @@ from vislam2tag.site.model import SessionKey, SessionRef, Site, StoredFolder, Su
 from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.site_file import has_site_file
 from vislam2tag.site.site_table import site_finding
-from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_drawings
+from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_plans
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""
@@ -264,7 +264,7 @@ def survey_files(
     """
     try:
         site, findings = read_site(root, default_sigma_m, landmark_file, follow_links=True)
-        site = with_stored_drawings(site, root)
+        site = with_stored_plans(site, root)
         sessions, odd_folders = _sessions(root)
     except OSError as error:
         raise SurveyError(f"{root}: the folder cannot be opened: {error}") from error

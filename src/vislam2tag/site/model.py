@@ -129,6 +129,8 @@ class Floor:
     """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
     stored_plan: StoredFile | None = None
     """Where the plan is in an object store; ``plan`` is then a copy that other machines do not have."""
+    stored_mask: StoredFile | None = None
+    """The same for ``mask``."""
 
     @property
     def extent_m(self) -> tuple[float, float, float, float] | None:

@@ -23,7 +23,6 @@ from vislam2tag.site.corrections.file import CORRECTIONS_FILE
 from vislam2tag.site.discover import site_files
 from vislam2tag.site.floors import HEADER_BYTES, ilc20_traces
 from vislam2tag.site.model import COMPANIONS, Site, StoredFile, StoredFolder
-from vislam2tag.site.plan_formats.raster import IMAGES
 from vislam2tag.site.settings import SETTINGS_FILE
 from vislam2tag.site.site_file import SITE_FILE
 
@@ -103,18 +102,19 @@ def opened(root: Path, path: Path) -> Iterator[IO[bytes]]:
             yield file
 
 
-def with_stored_drawings(site: Site, root: Path) -> Site:
-    """The site of an open survey, each floor with where its drawing is in the store; images are not looked for."""
+def with_stored_plans(site: Site, root: Path) -> Site:
+    """The site of an open survey, each floor with where its plan and its mask are in the store."""
     outline = outline_of(root)
     if outline is None:
         return site
-    floors = []
-    for floor in site.floors:
-        if floor.plan is not None and floor.plan.is_file() and floor.plan.suffix.lower() not in IMAGES:
-            sha256 = hashlib.sha256(read_bytes(floor.plan)).hexdigest()
-            name = floor.plan.relative_to(root).as_posix()
-            floor = replace(floor, stored_plan=StoredFile(outline.store, name, sha256))
-        floors.append(floor)
+    store = outline.store
+
+    def stored(path: Path | None) -> StoredFile | None:
+        if path is None or not path.is_file():
+            return None
+        return StoredFile(store, path.relative_to(root).as_posix(), hashlib.sha256(read_bytes(path)).hexdigest())
+
+    floors = [replace(floor, stored_plan=stored(floor.plan), stored_mask=stored(floor.mask)) for floor in site.floors]
     return replace(site, floors=tuple(floors))
 
 

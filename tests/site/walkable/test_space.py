@@ -24,7 +24,7 @@ from tests.site.walkable.hand_made import (
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, Use
 from vislam2tag.site.settings import WalkableSettings
-from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.site.walkable.space import free_cells, walkable_space
 
 MIDDLE = np.array([12.0, sum(CORRIDOR) / 2])
 ASIDE = np.array((2, 0))
@@ -108,6 +108,33 @@ def test_room_that_walls_close_off_is_named() -> None:
     x, y = (float(text) for text in finding.message.split("at (")[1].split(")")[0].split(","))
     assert 8 < x < 16
     assert CORRIDOR[1] < y < HEIGHT_M
+
+
+def test_free_cells_are_also_those_of_closed_rooms() -> None:
+    closed = plan(lines=np.vstack((walls(), [((11.0, CORRIDOR[1]), (13.0, CORRIDOR[1]))])))
+    space = walkable_space(closed)
+    free, grid, findings = free_cells(closed, WalkableSettings())
+    assert grid == space.area.grid
+    assert findings == ()
+    room, corridor, wall = grid.cells_of(np.array([(12.0, 16.0), MIDDLE, (2.0, CORRIDOR[1])]))
+    assert free[*room]
+    assert free[*corridor]
+    assert not free[*wall]
+    assert not space.area.mask[*room]
+    assert (free & space.area.mask).sum() > 0.95 * space.area.mask.sum()
+
+
+def test_free_cells_follow_the_mask_in_drawings_and_images() -> None:
+    mask = np.full((220, 260, 3), 255, dtype=np.uint8)
+    mask[220 - 180 : 220 - 140, 86:94] = (0, 200, 0)  # x 7.6 to 8.4, y 13 to 17
+    mask[220 - 60 : 220 - 20, 100:140] = (255, 0, 0)  # x 9 to 13, y 1 to 5
+    drawn = vector_plan(box(0, 0, WIDTH_M, HEIGHT_M, Use.OUTLINE), box(7, 0, 9, HEIGHT_M, Use.OBSTACLE))
+    for shown in (plan(), drawn):
+        plain, grid, _ = free_cells(shown, WalkableSettings())
+        corrected = free_cells(shown, WalkableSettings(), mask)[0]
+        green, red, elsewhere = grid.cells_of(np.array([(8.0, 15.0), (11.0, 3.0), (20.0, 3.0)]))
+        assert (plain[*green], plain[*red], plain[*elsewhere]) == (False, True, True)
+        assert (corrected[*green], corrected[*red], corrected[*elsewhere]) == (True, False, True)
 
 
 def test_a_plan_without_outer_wall_is_told() -> None:

@@ -14,11 +14,11 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vislam2tag.common.errors import StoreError, SurveyError
-from vislam2tag.common.files.folder import scratch_folder
+from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
-from vislam2tag.site.model import Floor
+from vislam2tag.site.model import Floor, StoredFile
 from vislam2tag.site.plan_formats.raster import IMAGES
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import FloorPlan, PlanPolygon, Use
@@ -155,18 +155,25 @@ def drawn_area(floor: Floor) -> WalkableArea | None:
 
 @contextmanager
 def plan_at_hand(floor: Floor) -> Iterator[Floor]:
-    """Yield the floor with its plan on this machine, whichever opened the survey, while the block lasts."""
-    stored = floor.stored_plan
-    if stored is None:
+    """Yield the floor with its plan and mask on this machine, whichever opened the survey, while the block lasts."""
+    stored_plan, stored_mask = floor.stored_plan, floor.stored_mask
+    if stored_plan is None and stored_mask is None:
         yield floor
         return
     with scratch_folder() as scratch:
-        plan = scratch / PurePosixPath(stored.name).name
-        if stored.store.fetch(stored.name, scratch, plan.name) is None or file_mark(plan) != stored.sha256:
-            raise StoreError(
-                f"{stored.store.address}/{stored.name}: was changed during the run; run the same command again"
-            )
-        yield replace(floor, plan=plan)
+        plan = floor.plan if stored_plan is None else _fetched(stored_plan, scratch)
+        mask = floor.mask if stored_mask is None else _fetched(stored_mask, scratch)
+        yield replace(floor, plan=plan, mask=mask)
+
+
+def _fetched(stored: StoredFile, scratch: Folder) -> Path:
+    """Copy a file that is still as it was when the survey was opened; raises StoreError where it is not."""
+    path = scratch / PurePosixPath(stored.name).name
+    if stored.store.fetch(stored.name, scratch, path.name) is None or file_mark(path) != stored.sha256:
+        raise StoreError(
+            f"{stored.store.address}/{stored.name}: was changed during the run; run the same command again"
+        )
+    return path
 
 
 def file_mark(path: Path) -> str:

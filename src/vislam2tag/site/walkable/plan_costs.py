@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from functools import partial
+from functools import lru_cache, partial
+from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import PlanOfFloor
 from vislam2tag.core.wall_costs import FINE_M, WallCosts
-from vislam2tag.site.model import Floor
+from vislam2tag.site.model import Floor, StoredFile
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import file_mark, plan_at_hand
@@ -29,15 +30,26 @@ def plan_mark(floor: Floor) -> str | None:
     if floor.plan is None:
         return None
     try:
-        content = [
-            floor.stored_plan.sha256 if floor.stored_plan else file_mark(floor.plan),
-            None if floor.mask is None else file_mark(floor.mask),
-        ]
+        content = [_mark_of(floor.plan, floor.stored_plan), _mark_of(floor.mask, floor.stored_mask)]
     except OSError:
         return None
-    source = None if floor.source is None else floor.source.model_dump(mode="json")
-    placed = json.dumps([content, source, floor.width_m, floor.height_m, floor.lower_left_m], sort_keys=True)
+    placing = [None if part is None else part.model_dump(mode="json") for part in (floor.source, floor.georeference)]
+    placed = json.dumps([content, placing, floor.width_m, floor.height_m, floor.lower_left_m], sort_keys=True)
     return hashlib.sha256(placed.encode()).hexdigest()
+
+
+def _mark_of(path: Path | None, stored: StoredFile | None) -> str | None:
+    """SHA-256 of a file's content; None if there is no file. Raises OSError if it cannot be read."""
+    if path is None or stored is not None:
+        return None if stored is None else stored.sha256
+    status = path.stat()
+    return _hashed(path, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+
+
+@lru_cache(maxsize=1024)
+def _hashed(path: Path, *_unchanged: int) -> str:
+    """SHA-256 of a file, which is read again if its number, size or times have changed: each session asks for it."""
+    return file_mark(path)
 
 
 def plan_costs(floor: Floor) -> WallCosts | None:
