@@ -21,6 +21,7 @@ FOUND = Found("default_3min", "3 min 5-0", "abc", 4.0, 0.1, 500.0, 100, 50, 0.2,
 
 
 @pytest.mark.slow
+@pytest.mark.campaign
 def test_walks_are_placed_on_their_plan_and_not_on_its_mirror_image() -> None:
     found = [one for number in (0, 1) for one in measured(Job("3 min", SEED, number, ("default_3min", "mirrored")))]
     right, mirrored = ([one for one in found if one.case == case] for case in ("default_3min", "mirrored"))
