@@ -186,10 +186,10 @@ export class SiteMap {
     this.view.animate({ zoom: this.view.getZoom()! + steps, duration: 200 });
   }
 
-  /** Pan so that a place is in view. */
+  /** Pan so that a place is in view; its margin is smaller than that of a box that was brought into view. */
   follow(place: number[]): void {
     const [left, low, right, high] = this.view.calculateExtent();
-    const margin = 0.1 * (right - left);
+    const margin = 0.05 * Math.min(right - left, high - low);
     const inside = place[0] > left + margin && place[0] < right - margin && place[1] > low + margin && place[1] < high - margin;
     if (!inside) this.view.animate({ center: place, duration: 200 });
   }

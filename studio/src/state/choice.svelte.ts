@@ -70,6 +70,11 @@ export function chooseSession(id: string | null): void {
   const session = id === null ? undefined : data.byId.get(id);
   if (!session) return;
   if (!session.floors.includes(choice.floor)) choice.floor = session.floors[0] ?? session.key.floor;
+  showWalk(session);
+}
+
+/** Bring a walk's positions on the chosen floor into view. */
+export function showWalk(session: Session): void {
   const bounds = session.bounds[String(choice.floor)];
   if (bounds) show([{ floor: choice.floor, x: bounds[0], y: bounds[2] }, { floor: choice.floor, x: bounds[1], y: bounds[3] }]);
 }

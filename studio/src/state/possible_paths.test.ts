@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { placeAt, shownPaths } from './possible_paths';
+import { momentToTap, placeAt, shownPaths } from './possible_paths';
 
 const path = (weight: number) => ({ weight, points: [] });
 
@@ -18,4 +18,18 @@ test('at most eight paths are shown, at least one, and without any there is no r
 test('a place is between the points of the times around the moment, and never beyond the ends', () => {
   const points: [number, number][] = [[0, 0], [4, 2], [4, 6]];
   expect([0, 10, 15, 25, 30, 99].map((time) => placeAt([10, 20, 30], points, time))).toEqual([[0, 0], [0, 0], [2, 1], [4, 4], [4, 6], [4, 6]]);
+});
+
+test('one taps when the server says, or far from the taps that were not enough', () => {
+  const t = [5, 20, 40, 70];
+  expect(momentToTap({ tap_s: 20, reason: 'ambiguous', t }, [5])).toBe(20);
+  expect(momentToTap({ tap_s: null, reason: 'fits_mirror', t }, [5])).toBe(70);
+  expect(momentToTap({ tap_s: null, reason: 'fits_mirror', t }, [5, 70])).toBe(40);
+  expect(momentToTap({ tap_s: null, reason: 'fits_mirror', t }, [])).toBe(40);
+});
+
+test('no tap is asked for where none is needed, or none helps', () => {
+  const t = [5, 20];
+  for (const reason of ['ok', 'fits_nowhere']) expect(momentToTap({ tap_s: null, reason, t }, [5])).toBeNull();
+  expect(momentToTap({ tap_s: null, reason: 'fits_mirror', t: [] }, [])).toBeNull();
 });

@@ -1,5 +1,5 @@
 // Paths that a walk may have taken on the plan: which of them are shown, and where it was on each at a moment.
-import type { Candidate } from '../api/model';
+import type { Candidate, PlacedOnPlan } from '../api/model';
 
 /** More lines cannot be distinguished. */
 const MOST_SHOWN = 8;
@@ -21,4 +21,12 @@ export function placeAt(t: number[], points: Candidate['points'], time: number):
   const share = (time - t[after - 1]) / (t[after] - t[after - 1]);
   const [[x0, y0], [x1, y1]] = [points[after - 1], points[after]];
   return [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
+}
+
+/** When to tap: as the server says, or, if the taps at these times were not enough, as far from them as possible; null: never. */
+export function momentToTap({ tap_s, reason, t }: Pick<PlacedOnPlan, 'tap_s' | 'reason' | 't'>, taps: number[]): number | null {
+  if (tap_s !== null) return tap_s;
+  if (reason === 'ok' || reason === 'fits_nowhere' || !t.length) return null;
+  const away = (time: number) => Math.min(...taps.map((tap) => Math.abs(tap - time)));
+  return taps.length ? t.reduce((best, time) => (away(time) > away(best) ? time : best)) : t[Math.floor(t.length / 2)];
 }
