@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from vislam2tag.common.palette import STATUS_STYLES
+from vislam2tag.core.status import Status
 from vislam2tag.studio.corrections_view import correction_tables
 
 ROOT = Path(__file__).parents[2]
@@ -39,6 +41,8 @@ OF_ILC20 = {
     "{1} is read instead; remove one of the two",
 }
 """Of floors in the layout of the Indoor Location Competition 2.0, which is imported, not prepared."""
+PLACING = ROOT / "src" / "vislam2tag" / "pipeline" / "labels" / "placing_findings.py"
+"""Its sentences are put together from parts."""
 OF_OPTIONS = {"'{1}' is not a paper size; available are: {2}"}
 """The page offers a choice."""
 
@@ -96,6 +100,18 @@ def test_every_sentence_about_a_survey_is_there_in_german() -> None:
     assert len(spoken) > 90
     missing = {sentence: name for sentence, name in spoken.items() if renumbered(sentence) not in known}
     assert missing.keys() - OF_ILC20 == set()
+
+
+def test_every_reason_why_a_plan_does_not_place_a_walk_is_there_in_german() -> None:
+    known = {renumbered(english) for english in json.loads(GERMAN.read_text(encoding="utf-8"))}
+    styles = [STATUS_STYLES[status.label] for status in Status if status >= Status.AMBIGUOUS]
+    tree = ast.parse(PLACING.read_text(encoding="utf-8"))
+    tables = [node.values for node in ast.walk(tree) if isinstance(node, ast.Dict)]
+    parts = [template(value) for values in tables for value in values]
+    ends = [template(node.value) for node in ast.walk(tree) if isinstance(node, ast.Return) and node.value]
+    spoken = {renumbered(part) for part in [*parts, *ends] if part and " " in part}
+    assert len(spoken) > 9
+    assert (spoken | {style.meaning for style in styles}) - known == set()
 
 
 def test_every_refusal_while_a_building_is_prepared_is_there_in_german() -> None:

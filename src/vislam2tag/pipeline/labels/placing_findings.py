@@ -48,7 +48,7 @@ def _not_placed(placing: Placing, trajectory: Trajectory, prepared: PreparedSess
             f"the plan of floor {number} fits its mirror image about as well ({placing.mirror:.1f} nats apart; at "
             "least 3 are required, more if it fits badly)"
         ),
-        Status.FITS_OTHER_FLOOR: f"the plan of {_rival(placing)} fits it about as well as that of floor {number}",
+        Status.FITS_OTHER_FLOOR: f"the plan of floor {_rival(placing)} fits it about as well as that of floor {number}",
         Status.TOO_SHORT: f"its way of {placing.way_m:.0f} m fits several places of the plan of floor {number}",
         Status.PLAN_TOO_OPEN: f"the plan of floor {number} shows so few walls that the walk fits almost anywhere",
     }[status]
@@ -80,9 +80,9 @@ def _places(placing: Placing) -> str:
     return f"{len(placing.candidates)} or more places ({', '.join(likely)} probable)" if likely else "several places"
 
 
-def _rival(placing: Placing) -> str:
-    number = min(placing.floors, key=lambda floor: floor[1])[0] if placing.floors else 0
-    return f"floor {number}"
+def _rival(placing: Placing) -> int:
+    """Number of the other floor that fits best."""
+    return min(placing.floors, key=lambda floor: floor[1])[0] if placing.floors else 0
 
 
 def _when(placing: Placing, trajectory: Trajectory) -> str:
