@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from vislam2tag.cli.app import app
 
 FLOOR, DEVICE, WIDTH_M = 0, "LG", 60.0
-AMBIGUOUS = 500, 1.0
+AMBIGUOUS = 502, 1.0
 """Seed and minutes of a walk whose shape fits several places, and which one tap places."""
 
 
