@@ -29,6 +29,8 @@ def surveys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "excluded" / "corrections.toml").write_text(EXCLUDED)
     table = folder / "unsurveyed" / "floor_0" / "marker_dict.csv"
     table.write_text(table.read_text().splitlines()[0] + "\n")
+    for plan in (folder / "unsurveyed" / "floor_0").glob("floorplan.*"):
+        plan.unlink()  # by which walks would be placed
     return folder
 
 

@@ -113,16 +113,16 @@ def _print_process(summary: api.Summary, given: ProcessOptions) -> None:
     for fault in summary.faults:
         say(f"wrong: {fault}")
     say(f"diagnosis of the survey: {summary.judgement.sentence}")
-    next_step(_after_process(summary), survey=given.survey, out=given.out)
+    next_step(_after_process(summary, together=given.together), survey=given.survey, out=given.out)
 
 
-def _after_process(summary: api.Summary) -> str:
+def _after_process(summary: api.Summary, *, together: bool | None) -> str:
     """Name of the next step."""
     from vislam2tag.views.run_summary import joining_helps
 
     found = {
         "process, ask": "one_place_helps" in summary.site_findings,
-        "process, unsure": joining_helps(summary) and not summary.faults and not summary.failed,
+        "process, unsure": not together and joining_helps(summary) and not summary.faults and not summary.failed,
         "process, failed": summary.problem is not None,
         "process, faults": bool(summary.faults),
     }

@@ -53,7 +53,7 @@ def _hashed(path: Path, *_unchanged: int) -> str:
 
 
 def plan_costs(floor: Floor) -> WallCosts | None:
-    """Costs on a floor; None if its plan cannot be read or shows nothing that can be walked.
+    """Costs on a floor; None if its plan cannot be read (here) or shows nothing that can be walked.
 
     Closed-off rooms count as walkable, because a drawn door may look like a wall. Raises StoreError if the plan is in a
     store and cannot be fetched as it was when the survey was opened.
@@ -62,13 +62,13 @@ def plan_costs(floor: Floor) -> WallCosts | None:
     if mark is None:
         return None
     if mark not in _costs:
-        from vislam2tag.site.walkable.painted_cells import floor_mask
-        from vislam2tag.site.walkable.space import free_cells
-
         with plan_at_hand(floor) as here:
             try:
+                from vislam2tag.site.walkable.painted_cells import floor_mask
+                from vislam2tag.site.walkable.space import free_cells
+
                 free, grid, _ = free_cells(floor_plan(here), WalkableSettings(cell_m=FINE_M), floor_mask(here))
                 _costs[mark] = WallCosts.of(WalkableArea(free, grid.origin_m, grid.cell_m)) if free.any() else None
-            except SurveyError:
+            except (SurveyError, ModuleNotFoundError):  # images and drawings need an extra
                 _costs[mark] = None
     return _costs[mark]
