@@ -7,6 +7,7 @@ at before it is committed.
     python benchmarks/pictures.py front docs/images/front.svg
     python -m tests.studio.faulty_survey faulty && vislam2tag process faulty/survey --out faulty/labels
     python benchmarks/pictures.py studio faulty docs/images
+    python benchmarks/pictures.py placing FOLDER docs/images  # survey and labels of docs/tutorials/no_landmarks.md
 """
 
 from __future__ import annotations
@@ -76,6 +77,8 @@ RAW, MAPPED = "#d55e00", "#0072b2"
 SETTLED_MS = 2500
 """The map has been drawn and animations have ended."""
 LATEST_MS = 120_000
+TAPPED, TAP = "2021-12-20T12:10:00", ("15.6", "5.8")
+"""A walk of docs/tutorials/no_landmarks.md that is not placed, and x and y of its tap."""
 DESKTOP = ViewportSize(width=1200, height=760)
 PHONE = ViewportSize(width=400, height=800)
 
@@ -86,15 +89,18 @@ def main() -> None:
     what = parser.add_subparsers(dest="what", required=True)
     front = what.add_parser("front", help="of README and of the start page")
     front.add_argument("file", type=Path)
-    studio = what.add_parser("studio", help="of views of the studio")
-    studio.add_argument("folder", type=Path, help="holds survey and labels")
-    studio.add_argument("out", type=Path)
+    for name, help in (("studio", "of views of the studio"), ("placing", "of a tap that places a walk on the plan")):
+        views = what.add_parser(name, help=help)
+        views.add_argument("folder", type=Path, help="contains survey and labels")
+        views.add_argument("out", type=Path)
     options = parser.parse_args()
     if options.what == "front":
         scenario = regular_survey(SEED, floors=(0,), devices=("LG",), sessions=1, duration_s=DURATION_S)
         options.file.write_text(picture(example(scenario)), encoding="utf-8")
-    else:
+    elif options.what == "studio":
         take_all(options.folder, options.out)
+    else:
+        take_placing(options.folder, options.out)
 
 
 @dataclass(frozen=True)
@@ -386,6 +392,24 @@ def take_all(folder: Path, out: Path) -> None:
             for scheme in SCHEMES:
                 page = opened(browser, address, scheme, DESKTOP, "en", ".fleet .row")
                 take(page, out / f"studio_fleet_{scheme}.webp")
+                page.close()
+
+
+def take_placing(folder: Path, out: Path) -> None:
+    """Take the pictures of a walk with several possible paths, and of a tap that is not saved, light and dark."""
+    with tempfile.TemporaryDirectory() as copied:
+        copy = Path(shutil.copytree(folder, Path(copied) / "copy"))
+        with running_studio(copy / "survey", "--labels", str(copy / "labels")) as server, running_browser() as browser:
+            address = f"{server.url}/#{server.token}"
+            for scheme in SCHEMES:
+                page = opened(browser, address, scheme, DESKTOP, "en")
+                page.locator(".list .row", has_text=TAPPED).click()
+                page.get_by_role("button", name="Tap the plan where the walk was at").click()
+                show_all(page)
+                page.get_by_label("x (m)").fill(TAP[0])
+                page.get_by_label("y (m)").fill(TAP[1])
+                take(page, out / f"studio_placing_{scheme}.webp")
+                address = str(page.request.post("/api/invitations", data={}).json()["url"])
                 page.close()
 
 
