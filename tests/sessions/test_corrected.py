@@ -17,7 +17,7 @@ from vislam2tag.core.context import FixLog
 from vislam2tag.core.status import Status
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.run.selection import session_task
-from vislam2tag.sessions.corrected import _with_tap, corrected_session
+from vislam2tag.sessions.corrected import _with_tap, corrected_session, with_taps_corrected
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import PreparedSession, prepared_session
 from vislam2tag.sessions.registry import open_survey
@@ -279,3 +279,40 @@ def test_other_taps_keep_their_sigma() -> None:
     left = _with_tap(fixes, SetTap(session="s", at_s=10.0), 0, [])
     assert left.sigma_m is not None
     assert left.sigma_m.tolist() == [0.5, 0.7]
+
+
+def tap(at_s: float, place: tuple[float, float] | None = None) -> SetTap:
+    x, y = (None, None) if place is None else place
+    return SetTap(session="walk", at_s=at_s, x=x, y=y)
+
+
+def test_taps_of_a_session_with_poses_are_known_places(session: Session) -> None:
+    assert session.camera.fixes is None
+    placed, uses = with_taps_corrected(session, [tap(0.9, (5.0, 6.0)), tap(0.3, (1.0, 2.0))])
+    fixes = placed.camera.fixes
+    assert fixes is not None
+    assert ((fixes.time_ns - session.camera.time_ns[0]) * 1e-9).tolist() == pytest.approx([0.3, 0.9])
+    assert fixes.position_bcs.tolist() == [[1, 2], [5, 6]]
+    assert fixes.name == ("tap at 0.3 s", "tap at 0.9 s")
+    assert uses == ("The walk is placed at (5, 6) at 0.9 s.", "The walk is placed at (1, 2) at 0.3 s.")
+    assert placed.camera.position_acs is session.camera.position_acs
+    assert not placed.camera.without_poses
+    assert placed.findings == session.findings, "one tap may be enough"
+
+
+def test_taps_of_a_session_with_poses_are_moved_and_taken_out(session: Session) -> None:
+    entries = [tap(0.9, (5.0, 6.0)), tap(0.3, (1.0, 2.0)), tap(0.85, (7.0, 8.0)), tap(0.35)]
+    placed, uses = with_taps_corrected(session, entries)
+    fixes = placed.camera.fixes
+    assert fixes is not None
+    assert fixes.position_bcs.tolist() == [[7, 8]]
+    assert uses[3] == "The tap at 0.35 s is excluded."
+    nothing, uses = with_taps_corrected(session, [tap(0.5)])
+    assert nothing.camera.fixes is not None
+    assert len(nothing.camera.fixes.time_ns) == 0
+    assert uses == ()
+
+
+def test_no_entry_leaves_a_session_as_it_is(session: Session) -> None:
+    assert with_taps_corrected(session, []) == (session, ())
+    assert with_taps_corrected(session, [])[0] is session

@@ -13,7 +13,7 @@ from tests.sessions.raw import FRAMES, START_NS, clean_files, sensor_line, write
 from tests.surveys import make_survey
 from tests.walks import landmarks_at
 from vislam2tag.common.errors import SessionError
-from vislam2tag.core.context import TrackerState
+from vislam2tag.core.context import PlacingHints, TrackerState
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import Similarity2
@@ -21,6 +21,7 @@ from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import ControlPoints, Floor, Site
+from vislam2tag.site.walkable.plan_costs import plan_costs
 
 
 def marks() -> Landmarks:
@@ -153,3 +154,25 @@ def test_track_is_read_without_the_readings(tmp_path: Path) -> None:
 def test_session_without_poses_is_read_whole(tmp_path: Path) -> None:
     files = {name: lines for name, lines in clean_files().items() if name == "sensors.csv"}
     assert prepared_track(task(tmp_path, files=files)).session.tables["sensors"].height == 300
+
+
+def test_a_session_with_poses_has_the_plans_of_its_building_and_what_others_say(tmp_path: Path) -> None:
+    root = make_survey(tmp_path / "survey", floors=2, devices=("LG",), seconds=5.0)
+    (root / "floor_1" / "floorplan.jpg").unlink()
+    opened = open_survey(root)
+    ref = next(one for one in opened.sessions if one.key.floor == 0)
+    hints = PlacingHints(north_rad=1.0)
+    camera = prepared_session(SessionTask(ref, opened.site, Corrections(), hints=hints)).session.camera
+    assert [plan.number for plan in camera.plans] == [0]
+    assert camera.plans[0].costs is plan_costs(opened.site.floor(0))
+    assert camera.own_floor == 0
+    assert camera.hints is hints
+    other = next(one for one in opened.sessions if one.key.floor == 1)
+    above = prepared_session(SessionTask(other, opened.site, Corrections())).session.camera
+    assert ([plan.number for plan in above.plans], above.own_floor, above.hints) == ([0], 1, None)
+    for name in ("poses.csv", "initPoses.csv"):
+        (ref.folder / name).unlink()
+    tapped = Corrections.model_validate({"set_tap": ({"session": ref.key.session, "at_s": 1.0, "x": 5.0, "y": 6.0},)})
+    blind = prepared_session(SessionTask(ref, opened.site, tapped, hints=hints)).session.camera
+    assert blind.without_poses
+    assert (blind.plans, blind.hints) == ((), None)
