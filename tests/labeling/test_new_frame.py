@@ -18,9 +18,11 @@ from scipy.spatial.transform import Rotation
 from vislam2tag.core.status import EventKind
 from vislam2tag.labeling.new_frame import changed_result, changed_table, floors_of_result
 from vislam2tag.labeling.results import (
+    CandidatePath,
     ContradictionMark,
     Drawing,
     EventMark,
+    PlacingRecord,
     SessionResult,
     SigmaStatistics,
     Stretch,
@@ -68,6 +70,19 @@ def test_every_place_turns_with_its_floor() -> None:
     assert changed.fingerprint != RESULT.fingerprint
     assert changed.findings == []
     assert floors_of_result(RESULT) == {0, 1}
+
+
+def test_the_paths_that_a_walk_may_have_taken_turn_with_its_floor() -> None:
+    assert changed_result(RESULT, TURN).placing is None
+    candidates = [CandidatePath(weight=0.6, points=[(1.0, 0.0), (2.0, 0.0)]), CandidatePath(weight=0.4, points=[])]
+    placing = PlacingRecord(
+        labelled_share=0.5, reason="ok", way_m=100.0, misfit=0.1, mirror=9.0, exchanged=8.0, candidates=candidates
+    )
+    changed = changed_result(RESULT.model_copy(update={"placing": placing}), TURN).placing
+    assert changed is not None
+    assert [path.points for path in changed.candidates] == [[(10.0, 1.0), (10.0, 2.0)], []]
+    assert [path.weight for path in changed.candidates] == [0.6, 0.4]
+    assert changed.model_copy(update={"candidates": candidates}) == placing
 
 
 def test_statistics_of_another_scale_are_left_out_and_told() -> None:

@@ -23,13 +23,14 @@ from tests.quality.evaluation.maps import straight_walk
 from tests.surveys import bytes_of, make_survey
 from tests.walks import corridor_walk, log_of, to_acs
 from vislam2tag.common.findings import Finding
+from vislam2tag.core.placing import Candidate, Placing
 from vislam2tag.core.status import Contradiction, EventKind, Status, TrackerEvent, counts_by_label
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Visit
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.estimation import smoother
 from vislam2tag.estimation.settings import MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.labeling.results import SessionResult
+from vislam2tag.labeling.results import PlacingRecord, SessionResult
 from vislam2tag.labeling.tables import status_codes
 from vislam2tag.pipeline.labels.findings import landmark_findings
 from vislam2tag.pipeline.labels.process import process
@@ -40,6 +41,7 @@ from vislam2tag.pipeline.labels.session_result import (
     error_record,
     event_marks,
     frame_seconds,
+    placing_record,
     scan_statistics,
     sigma_statistics,
     visit_marks,
@@ -78,6 +80,41 @@ def test_how_sure_the_mapped_frames_are() -> None:
     assert found.uncertain_share == pytest.approx(1 / 3, abs=1e-6)
     _, lost = walk(np.arange(2.0), [LOST, LOST])
     assert sigma_statistics(lost) is None
+
+
+def test_how_a_walk_was_placed_on_its_plan() -> None:
+    _, trajectory = walk(np.arange(4.0), [OK, OK, OK, OK])
+    assert placing_record(trajectory) is None
+    path = np.array([(1.234, 2.345), (3.0, 4.0)])
+    candidates = (Candidate(0.61239, path, 0.3), Candidate(0.3, path + 1, 0.3))
+    placing = Placing(
+        way_m=123.456,
+        misfit=0.12345,
+        mirror=9.87,
+        exchanged=8.76,
+        floors=((2, 4.56),),
+        labelled_share=0.123456,
+        reason=Status.FITS_MIRROR,
+        frame=(1, 3),
+        candidates=candidates,
+        best_tap=2,
+    )
+    record = placing_record(replace(trajectory, placing=placing))
+    assert record is not None
+    assert (record.labelled_share, record.reason, record.way_m) == (0.1235, "fits_mirror", 123.5)
+    assert (record.misfit, record.mirror, record.exchanged, record.floors) == (0.123, 9.9, 8.8, {2: 4.6})
+    assert (record.scale, record.scale_sigma) == (None, None)
+    assert record.time_ns == trajectory.time_ns[[1, 3]].tolist()
+    assert [one.weight for one in record.candidates] == [0.612, 0.3]
+    assert record.candidates[0].points == [(1.23, 2.35), (3.0, 4.0)]
+    assert record.best_tap_ns == trajectory.time_ns[2]
+    alone = placing_record(replace(trajectory, placing=replace(placing, candidates=candidates[:1])))
+    assert alone is not None
+    assert alone.candidates == [], "one path is no choice"
+    known = placing_record(replace(trajectory, placing=replace(placing, scale=1.01234, scale_sigma=0.00456)))
+    assert known is not None
+    assert (known.scale, known.scale_sigma) == (1.0123, 0.0046)
+    assert PlacingRecord.model_validate_json(known.model_dump_json()) == known
 
 
 def test_scans_and_statuses_of_a_table() -> None:

@@ -33,11 +33,10 @@ def _placed(placing: Placing) -> list[Finding]:
 
 
 def _not_placed(placing: Placing, trajectory: Trajectory, prepared: PreparedSession) -> list[Finding]:
-    refused = round((1 - placing.labelled_share) * 100)
-    if not refused or placing.labelled_share == 1:
+    refused, reasons = round((1 - placing.labelled_share) * 100), _refusals(trajectory)
+    if not refused or not reasons:  # landmarks may place what the plan does not
         return []
-    number = prepared.task.floor.number
-    status = next((one for one in _refusals(trajectory)), Status.AMBIGUOUS)
+    number, status = prepared.task.floor.number, reasons[0]
     why = {
         Status.AMBIGUOUS: f"its shape fits {_places(placing)} of the plan of floor {number}",
         Status.FITS_NOWHERE: (
@@ -77,7 +76,9 @@ def _refusals(trajectory: Trajectory) -> list[Status]:
 
 def _places(placing: Placing) -> str:
     likely = [f"{one.weight:.0%}" for one in placing.candidates[:3]]
-    return f"{len(placing.candidates)} or more places ({', '.join(likely)} probable)" if likely else "several places"
+    if len(likely) < 2:
+        return "several places"
+    return f"{len(placing.candidates)} or more places ({', '.join(likely)} probable)"
 
 
 def _rival(placing: Placing) -> int:
