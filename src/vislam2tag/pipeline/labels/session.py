@@ -23,6 +23,8 @@ import polars as pl
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
+from vislam2tag.core.status import Status
+from vislam2tag.estimation.settings import BY_LANDMARKS, ON_PLAN
 from vislam2tag.estimation.strategy import strategy_modules
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.settings import ProcessSettings
@@ -34,9 +36,10 @@ from vislam2tag.pipeline.run.output import Kept, OutputFolder, SessionFiles, row
 from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
-from vislam2tag.sessions.session_landmarks import ambiguous_landmarks, floors_told
+from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 from vislam2tag.site.model import SessionRef
 from vislam2tag.site.walkable.drawn_cells import drawing_mark
+from vislam2tag.site.walkable.plan_costs import plan_mark
 
 _Made = TypeVar("_Made")
 _NOWHERE = OutputFolder(Path())
@@ -189,9 +192,9 @@ def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
             walk = LabelledWalk.of(prepared, job.settings)
             _write_tables(job, files, walk.tables(job.task.frames))
             hashes = {record.name: record.sha256 for record in session.files}
-            fingerprint = _fingerprint(job, hashes, session.landmarks.ids, floors_told(session))
-            result = session_result(prepared, walk, job.settings, fingerprint)
-            files.result = result.model_copy(update={"parts": _parts(job)})
+            result = session_result(prepared, walk, job.settings)
+            known = {"fingerprint": _fingerprint(job, hashes, result), "parts": _parts(job)}
+            files.result = result.model_copy(update=known)
         except Exception as error:  # one bad session must not end the batch; its result names the fault
             files.result = _failed(job, files, reason(job.task.ref.key, error))
     return outcome_of(files.result, repeated=True)
@@ -236,7 +239,7 @@ def still_holds(job: SessionJob, done: SessionResult, hashes: dict[str, str] | N
     """
     try:
         known = hashes or hash_inputs(job.task.ref)
-        return done.fingerprint == _fingerprint(job, known, done.landmarks_logged, done.floors_told)
+        return done.fingerprint == _fingerprint(job, known, done)
     except SessionError:
         return False
 
@@ -274,12 +277,13 @@ def _parts(job: SessionJob) -> dict[str, str]:
     return {"code": job.code, "settings": key_of(job.settings.of_labels())}
 
 
-def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str], told: Sequence[int]) -> str:
-    """SHA-256 over all inputs of the session's outputs; ``logged``: the ids of its landmarks; ``told``: the floors
-    that its walker entered.
+def _fingerprint(job: SessionJob, hashes: dict[str, str], done: SessionResult) -> str:
+    """SHA-256 over all inputs of the session's outputs.
+
+    Which landmarks and plans these are follows from what ``done`` says that the session logged and how it was mapped.
     """
-    task = job.task
-    marks, _ = task.candidate_landmarks(logged, told)
+    task, logged = job.task, done.landmarks_logged
+    marks, _ = task.candidate_landmarks(logged, done.floors_told)
     storeys = marks.storeys
     ambiguous = ambiguous_landmarks(task.landmarks_of_all_floors(), task.ref.key.floor, logged)
     parts = {
@@ -299,6 +303,8 @@ def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str],
     }
     if task.ref.from_outside:
         parts["from_outside"] = True
+    if _depends_on_plans(job.settings.strategy, done):
+        parts["plans"] = [[floor.number, plan_mark(floor)] for floor in task.site.floors]
     if task.told is not None:
         parts["told"] = [task.told.ids, task.told.floor.tolist()]
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())
@@ -309,6 +315,14 @@ def _fingerprint(job: SessionJob, hashes: dict[str, str], logged: Sequence[str],
     return digest.hexdigest()
 
 
+def _depends_on_plans(strategy: str, done: SessionResult) -> bool:
+    """Whether the floors' plans may change a result; not one of the smoother if landmarks determine the walk."""
+    if strategy == ON_PLAN or done.placing is not None:
+        return True
+    mapped = any(done.frames.get(status.label) for status in (Status.OK, Status.UNCERTAIN))
+    return strategy == BY_LANDMARKS and not mapped
+
+
 def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:
     """Constraints from other sessions."""
     if (told := task.told) is not None:
@@ -317,5 +331,9 @@ def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:
         yield from (ways.position_bcs, ways.course_rad, ways.walk.astype(np.float64))
     if (ties := task.ties) is not None:
         yield from (ties.time_ns, ties.position_bcs, ties.covariance_m2)
+    if (hints := task.hints) is not None:
+        yield np.array([np.nan if hints.north_rad is None else hints.north_rad])
+        for place in hints.places:
+            yield from (np.array((place.time_ns, place.sigma_m)), place.position_bcs, place.weight)
     if (tracker := task.tracker) is not None:
         yield np.array((tracker.times_usual, tracker.effective_observations))

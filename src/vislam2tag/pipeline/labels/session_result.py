@@ -273,10 +273,8 @@ def _on_floor(number: int, trajectory: Trajectory, presses_ns: IntArray) -> IntA
     return presses_ns[where == number] if len(where) else presses_ns
 
 
-def session_result(
-    prepared: PreparedSession, walk: LabelledWalk, settings: ProcessSettings, fingerprint: str
-) -> SessionResult:
-    """Reduce a session to its result."""
+def session_result(prepared: PreparedSession, walk: LabelledWalk, settings: ProcessSettings) -> SessionResult:
+    """Reduce a session to its result; its fingerprint is empty."""
     task, session, trajectory = prepared.task, prepared.session, walk.trajectory
     own = task.floor.number
     errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor, settings.truth)
@@ -284,7 +282,7 @@ def session_result(
     result = result_of(
         task,
         settings.strategy,
-        fingerprint=fingerprint,
+        fingerprint="",
         error=_mapping_error(session, trajectory, walk.needs),
         files=[FileAccount(**vars(record)) for record in session.files],
         findings=walk_findings(prepared, walk, settings, truth_findings),
