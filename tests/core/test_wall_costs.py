@@ -88,6 +88,14 @@ def test_cells_of_other_sizes_give_the_same_costs(cell_m: float) -> None:
     assert costs.cost == pytest.approx(expected.cost, abs=1e-5)
 
 
+def test_a_fine_cell_is_blocked_if_its_middle_is() -> None:
+    mask = np.ones((40, 40), dtype=np.bool_)
+    mask[:, 13:27] = False  # 3.25 to 6.75 m
+    blocked = WallCosts.of(WalkableArea(mask, ORIGIN_M, 0.25)).cost[50] == OUTSIDE_NATS_M
+    assert np.flatnonzero(blocked).tolist() == list(range(32, 67))
+    assert len(blocked) == 100
+
+
 def test_positions_are_cells_four_times_as_wide() -> None:
     costs = WallCosts.of(area_of([ROOM], (10.0, 8.2), ORIGIN_M))  # 82 rows of 0.1 m
     assert costs.positions.shape == (21, 25)

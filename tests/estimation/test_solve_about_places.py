@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from vislam2tag.core.transforms import as_points
 from vislam2tag.estimation.fault_detection import contradictions, slips
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import Passes, WalkObservations
-from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_about_places
+from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_about_places, solve_walk
 from vislam2tag.estimation.tracker_errors import NoiseLevels
 
 TYPICAL = NoiseLevels(position_m=0.016, heading_rad=0.003, scale=0.002, sighting_m=0.09, sheet_rad=0.03)
@@ -107,3 +109,29 @@ def test_places_are_no_landmarks_that_contradict_and_show_no_slips() -> None:
     survey.position_bcs[3] += (1.5, 0.0)
     off = solved(walk, walk.observations(), places_of(walk), LandmarkPriors.of(walk.ids, survey))
     assert [one.landmark for one in contradictions(off)] == ["L3"]
+
+
+def test_a_map_that_turned_during_a_loss_is_turned_back_by_the_places() -> None:
+    walk = loops(4, TYPICAL, marks=4, laps=2)
+    observations, frame, turn = without_landmarks(walk), 600, np.exp(1.5j)
+    path, jump_rad2 = observations.odometry.path.copy(), observations.odometry.jump_rad2.copy()
+    path[frame:] = path[frame] + (path[frame:] - path[frame]) * turn
+    jump_rad2[frame - 1] = 1.0
+    lost = replace(observations, odometry=replace(observations.odometry, path=path, jump_rad2=jump_rad2))
+    at, place, turn_rad = places_of(walk)
+    turn_rad = np.where(at < frame, turn_rad, turn_rad - 1.5)
+    error_m = errors_m(walk, solved(walk, lost, (at, place, turn_rad)))
+    assert np.delete(error_m, slice(frame - 30, frame + 30)).max() < 0.6
+
+
+def test_between_places_no_slip_is_reported() -> None:
+    walk = loops(4, TYPICAL, marks=8, laps=2, survey_m=0.02)
+    observations = walk.observations()
+    path = observations.odometry.path.copy()
+    path[603:] += 3.0
+    slipped = replace(observations, odometry=replace(observations.odometry, path=path))
+    priors = LandmarkPriors.of(walk.ids, walk.landmarks())
+    alone = solve_walk(slipped, priors)
+    assert alone is not None
+    assert len(slips(alone)) == 1
+    assert slips(solved(walk, slipped, places_of(walk), priors)) == ()

@@ -297,7 +297,8 @@ def test_taps_of_a_session_with_poses_are_known_places(session: Session) -> None
     assert uses == ("The walk is placed at (5, 6) at 0.9 s.", "The walk is placed at (1, 2) at 0.3 s.")
     assert placed.camera.position_acs is session.camera.position_acs
     assert not placed.camera.without_poses
-    assert placed.findings == session.findings, "one tap may be enough"
+    alone, _ = with_taps_corrected(session, [tap(0.5, (1.0, 2.0))])
+    assert alone.findings == placed.findings == session.findings, "one tap may be enough"
 
 
 def test_taps_of_a_session_with_poses_are_moved_and_taken_out(session: Session) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from tests.estimation.floor_plan.plans import OFFICE_ROUTE, along, in_own_frame, odometry_of, office, with_gap
 from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.wall_costs import WallCosts
 from vislam2tag.estimation.floor_plan.local_poses import LOCAL_LENGTH_M, LOST_M, LocalPoses, frames_of, local_poses
 from vislam2tag.estimation.floor_plan.posterior import BestPose
 from vislam2tag.estimation.floor_plan.stretches import Stretches, stretches_of
@@ -102,6 +103,16 @@ def test_a_step_over_a_loss_does_not_move_what_is_beside_it(sigma_m: float) -> N
     best = tuple(replace(pose, place=place) for pose, place in zip(rough(long, 0j, 0.0), truth[:count], strict=True))
     poses = local_poses(office(), long, best, np.ones(count, dtype=np.bool_), short)
     assert np.abs(poses.place - np.array(truth[count:])).max() < 0.3
+
+
+def test_points_beyond_the_plan_count_as_outside() -> None:
+    """The edge of this plan is free, so only what is beyond it costs anything."""
+    costs = WallCosts(np.zeros((40, 40), dtype=np.float32), (0.0, 0.0))
+    odometry = odometry_of(along((0, 4)))
+    long, short = stretches_of(odometry), stretches_of(odometry, LOCAL_LENGTH_M)
+    half_out = (BestPose(4 + 2j, 0.0, 1.0, np.eye(2), 0.0),)
+    poses = local_poses(costs, long, half_out, np.ones(1, dtype=np.bool_), short)
+    assert poses.place[0].real < 3.3  # as far inwards as it may be moved
 
 
 def test_a_far_wrong_pose_stays_near_where_it_was_known() -> None:

@@ -26,6 +26,7 @@ from vislam2tag.core.context import PlanOfFloor
 from vislam2tag.core.status import Status
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.core.wall_costs import FINE_M, WallCosts
+from vislam2tag.estimation.floor_plan import placing as placing_module
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, PossiblePlaces
 from vislam2tag.estimation.floor_plan.placing import Mirror, PlacedWalk, place_walk
 from vislam2tag.estimation.floor_plan.stretches import stretches_of
@@ -68,8 +69,11 @@ def test_a_walk_that_fits_one_place_is_placed_there(in_office: PlacedWalk) -> No
     assert placing.misfit < 0.2
     assert placing.mirror > 10
     assert placing.exchanged > 10
-    assert (placing.floors, placing.candidates, placing.best_tap) == ((), (), None)
-    assert len(placing.frame) == len(in_office.status)
+    assert (placing.floors, placing.best_tap) == ((), None)
+    (path,) = placing.candidates
+    assert path.weight == 1
+    assert path.turn_rad == pytest.approx(TURN_RAD, abs=0.05)
+    assert np.abs(as_complex(path.position_bcs) - TRUTH[list(placing.frame)]).max() < 0.5
 
 
 def test_a_walk_that_fits_two_places_has_two_candidates_and_a_best_tap(in_twins: PlacedWalk) -> None:
@@ -98,6 +102,7 @@ def test_one_tap_settles_which_place_it_was(in_twins: PlacedWalk, shift: float) 
 def test_a_mirrored_plan_is_refused_and_the_mirror_image_fits_better() -> None:
     found = placed(MIRRORED)
     assert set(found.status) == {Status.FITS_MIRROR}
+    assert found.placing.reason is Status.FITS_MIRROR
     assert found.placing.mirror < -10
 
 
@@ -116,6 +121,15 @@ def test_a_plan_of_an_open_hall_is_too_open() -> None:
     found = placed(WallCosts.of(area_of([(1, 1, 24, 17)], (25, 18))))
     assert set(found.status) == {Status.PLAN_TOO_OPEN}
     assert len(found.placing.candidates) == 12
+
+
+def test_a_plan_with_too_many_possible_poses_is_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(placing_module, "MOST_POSES", 1000)
+    found = placed(office())
+    assert set(found.status) == {Status.PLAN_TOO_OPEN}
+    assert found.best == ()
+    assert len(found.local.place) == 0
+    assert set(found.frame_status(len(WALK.path))) == {Status.PLAN_TOO_OPEN}
 
 
 def test_a_loss_of_the_tracker_is_bridged_by_the_plan() -> None:
@@ -214,6 +228,14 @@ def test_a_mirrored_walk_turns_to_the_other_side(first: int) -> None:
     np.testing.assert_allclose(turned[clear], -mirrored[clear], atol=1e-6)
     ahead = walk.stretches[first].points[10] - walk.stretches[first].points[0]
     assert mirror.turn * ahead.conj() == pytest.approx(ahead)  # it goes on as it did
+
+
+def test_the_mirror_image_of_a_whole_walk_begins_at_its_first_frame() -> None:
+    stood = odometry_of(np.concatenate((np.repeat(WALK.path[:1], 50), WALK.path)))
+    walk = stretches_of(stood)
+    assert walk.stretches[0].first > 40
+    assert Mirror.at(walk, 0).frame == 0
+    assert Mirror.at(walk, 1).frame == walk.stretches[1].first
 
 
 def test_what_a_mirrored_walk_saw_is_on_its_other_side() -> None:

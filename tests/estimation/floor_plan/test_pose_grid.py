@@ -179,7 +179,9 @@ def test_a_doubtful_step_spreads_positions_by_its_sigma() -> None:
     spread = Transition(grid, link(0j, sigma_m=1.0)).forward(at(grid, 0, 30, 30), 0.0)[0]
     place, _ = grid.place(np.arange(spread.size))
     x = place.real - place.real[30]
-    assert np.sqrt((spread.ravel() * x**2).sum(dtype=np.float64)) == pytest.approx(np.hypot(1.0, 0.22), abs=0.03)
+    sigma_m = np.hypot(1.0, 0.22)
+    assert np.sqrt((spread.ravel() * x**2).sum(dtype=np.float64)) == pytest.approx(sigma_m, abs=0.03)
+    assert spread.ravel()[np.abs(x) > 3 * sigma_m].sum() == pytest.approx(0.0027, abs=0.0008)
 
 
 def test_weights_that_leave_the_plan_are_lost() -> None:

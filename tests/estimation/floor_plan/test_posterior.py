@@ -19,6 +19,7 @@ from vislam2tag.estimation.floor_plan.posterior import (
     PoseWeights,
     best_pose,
     filtered,
+    open_shares,
     walk_posterior,
 )
 from vislam2tag.estimation.floor_plan.stretches import Link, Stretch, Stretches, stretches_of
@@ -135,7 +136,18 @@ def test_a_forward_pass_can_be_continued() -> None:
     whole = filtered(grid, walk, {})
     begun = whole.first(2)
     assert len(begun.poses) == len(begun.log_evidence) == 2
-    assert filtered(grid, walk, {}, start=begun).log_evidence == pytest.approx(whole.log_evidence)
+    continued = filtered(grid, walk, {}, start=begun)
+    assert continued.log_evidence == pytest.approx(whole.log_evidence)
+    assert continued.poses[1] is begun.poses[1], "it is not computed again"
+
+
+def test_some_yaws_show_how_open_a_plan_is() -> None:
+    grid, walk = office_walk()
+    share, possible = open_shares(grid, walk)
+    assert share == pytest.approx(float(np.exp(filtered(grid, walk, {}).log_evidence[0])), rel=0.5)
+    assert share < possible < 1
+    hall = PoseGrid(WallCosts.of(area_of([(1, 1, 59, 49)], (60, 50))))
+    assert min(open_shares(hall, walk)) > 0.4
 
 
 def small_room() -> PoseGrid:

@@ -7,9 +7,9 @@ import pytest
 
 from tests.estimation.floor_plan.plans import OFFICE_ROUTE, TWIN, along, in_own_frame, odometry_of, office, twins
 from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
-from vislam2tag.estimation.floor_plan.posterior import WalkPosterior, walk_posterior
+from vislam2tag.estimation.floor_plan.posterior import Filtered, PoseWeights, WalkPosterior, walk_posterior
 from vislam2tag.estimation.floor_plan.samples import SAMPLES, PossiblePath, _drawn, possible_paths, telling_stretch
-from vislam2tag.estimation.floor_plan.stretches import stretches_of
+from vislam2tag.estimation.floor_plan.stretches import Stretches, stretches_of
 
 TURN_RAD = 0.7
 WALK = stretches_of(odometry_of(in_own_frame(along(OFFICE_ROUTE), TURN_RAD)))
@@ -64,6 +64,17 @@ def test_drawn_paths_take_the_steps_of_the_walk(in_two: WalkPosterior) -> None:
     missed = np.abs(np.diff(place, axis=1) - half * turn[:, :-1] - half * turn[:, 1:])
     assert np.quantile(missed, 0.99) < 1.2
     assert np.abs(yaw_rad).max() <= np.pi
+
+
+def test_last_poses_are_drawn_by_their_weights() -> None:
+    grid = PoseGrid(office())
+    cell = np.ravel_multi_index(([0, 0], [10, 10], [10, 50]), grid.shape)
+    poses = PoseWeights(cell, np.array([0.9, 0.1]), np.zeros(2))
+    alone = Stretches(WALK.stretches[:1], ())
+    only = Filtered((poses,), np.zeros(1))
+    paths = possible_paths(alone, WalkPosterior(grid, (poses,), only), 12)
+    assert [path.weight for path in paths] == pytest.approx([0.9, 0.1], abs=0.06)
+    assert paths[1].place[0] == pytest.approx(20.2 + 4.2j)
 
 
 def test_the_same_walk_gives_the_same_paths(in_two: WalkPosterior) -> None:

@@ -192,16 +192,17 @@ def test_the_mark_follows_all_that_costs_follow_from(image: Floor) -> None:
     assert plan_mark(replace(image, plan=None)) is None
 
 
-def test_a_plan_of_the_same_size_and_time_is_noticed(image: Floor) -> None:
-    """A copy that keeps its time, as rsync makes one."""
+@pytest.mark.parametrize("in_place", [True, False])
+def test_a_plan_of_the_same_size_and_time_is_noticed(image: Floor, in_place: bool) -> None:
+    """Written over, or replaced by a copy that keeps its time, as rsync does."""
     assert image.plan is not None
     before, time_ns = plan_mark(image), image.plan.stat().st_mtime_ns
     content = bytearray(image.plan.read_bytes())
     content[-20] ^= 1
-    copy = image.plan.with_name("copy.png")
-    copy.write_bytes(content)
-    os.utime(copy, ns=(time_ns, time_ns))
-    copy.replace(image.plan)
+    written = image.plan if in_place else image.plan.with_name("copy.png")
+    written.write_bytes(content)
+    os.utime(written, ns=(time_ns, time_ns))
+    written.replace(image.plan)
     assert plan_mark(image) != before
 
 

@@ -72,7 +72,6 @@ class PlacedWalk:
         inside = (after >= 0) & (frame <= last[after])
         following = np.minimum(after + 1, len(first) - 1)
         beside = np.where(self.status[after.clip(0)] != Status.OK, self.status[after.clip(0)], self.status[following])
-        beside = np.where(after < 0, self.status[0], beside)
         return np.where(inside, self.status[after.clip(0)], beside).astype(np.int8)
 
 
