@@ -81,7 +81,9 @@ def test_the_smoother_places_what_no_landmark_connects(walk: SimulatedWalk) -> N
     assert labelled(found) > 0.9
     np.testing.assert_array_equal(found.status, expected.status)
     np.testing.assert_array_equal(found.position_bcs, expected.position_bcs)
-    assert found.placing == expected.placing
+    assert found.placing is not None
+    assert expected.placing is not None
+    assert replace(found.placing, candidates=()) == replace(expected.placing, candidates=())
 
 
 def test_without_a_plan_it_maps_as_the_smoother(walk: SimulatedWalk) -> None:
