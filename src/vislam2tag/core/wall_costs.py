@@ -1,11 +1,12 @@
 """How unlikely it is to walk through each place of a floor, by its plan.
 
-Walking through a wall costs about 4 nats, so one door that is not drawn does not refute a pose. Small obstacles that
-stand free may be furniture, which people move, and cost less.
+Walking through a wall costs about 4 nats, so one door that is not drawn does not refute a pose. Small obstacles, also
+at walls, may be furniture, which people move, and cost little.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -26,8 +27,12 @@ OUTSIDE_NATS_M = 10.0
 """Cost of a metre outside the walkable cells ..."""
 AT_WALL_NATS_M, NEAR_WALL_M = 6.0, 0.25
 """... and at a wall, which falls to 0 at this distance from it."""
-FURNITURE_M, FURNITURE_SHARE = 2.5, 0.25
-"""Obstacles that fit into a square of this side cost only this share."""
+FURNITURE_M, FURNITURE_SHARE = 2.5, 0.1
+"""Obstacles that fit into a square of this side cost only this share ..."""
+THICK_M, LINE_M = 0.4, 1.0
+"""... if they are thicker than walls usually are, or are no straight lines longer than this, which may be walls whose
+rest is not drawn.
+"""
 REACH_M = 14.0
 """Points of a stretch are at most this far from its middle, metres."""
 
@@ -48,7 +53,7 @@ class WallCosts:
 
         free = _resampled(area)
         blocked = np.pad(~free, 1, constant_values=True)
-        solid = blocked & ~_small_obstacles(blocked)
+        solid = blocked & ~_furniture(blocked)
         cost = np.zeros(blocked.shape, dtype=np.float32)
         for walls, share in ((blocked, FURNITURE_SHARE), (solid, 1.0)):
             away_m = (np.asarray(distance_transform_edt(~walls)) - 0.5) * FINE_M
@@ -77,6 +82,25 @@ class WallCosts:
         return np.ascontiguousarray(parts)
 
 
+def on_common_cells(costs: Mapping[int, WallCosts]) -> dict[int, WallCosts]:
+    """Costs of floors, by number, all on one rectangle, to a cell; a metre in the margin costs as much as outside."""
+    corners = [
+        (
+            one.origin_m,
+            tuple(start + FINE_M * side for start, side in zip(one.origin_m, one.cost.shape[::-1], strict=True)),
+        )
+        for one in costs.values()
+    ]
+    lower, upper = np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))
+    common = {}
+    for number, one in costs.items():
+        before = np.round((np.array(one.origin_m) - lower) / FINE_M).astype(np.int64)[::-1]
+        after = np.ceil((upper - lower) / FINE_M).astype(np.int64)[::-1] - one.cost.shape - before
+        padded = np.pad(one.cost, np.stack((before, after.clip(0)), axis=1), constant_values=OUTSIDE_NATS_M)
+        common[number] = WallCosts(padded, (float(lower[0]), float(lower[1])))
+    return common
+
+
 def _resampled(area: WalkableArea) -> npt.NDArray[np.bool_]:
     """The area's mask on cells of :data:`FINE_M`; a cell counts as free if its middle is."""
     if abs(area.cell_m - FINE_M) < 1e-9:
@@ -88,12 +112,27 @@ def _resampled(area: WalkableArea) -> npt.NDArray[np.bool_]:
     return np.asarray(area.mask[np.ix_(rows.astype(np.int64), columns.astype(np.int64))])
 
 
-def _small_obstacles(blocked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Blocked cells (rows, columns) of parts that fit into a square of :data:`FURNITURE_M`."""
+def _furniture(blocked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Blocked cells (rows, columns) of small obstacles, those that touch walls included."""
+    from scipy.ndimage import binary_dilation, binary_opening
+
+    radius = round(THICK_M / 2 / FINE_M)
+    disc = np.hypot(*np.mgrid[-radius : radius + 1, -radius : radius + 1]) <= radius + 0.3
+    filled = blocked | _small_parts(~blocked, 0.0)  # closed outlines
+    thick = _small_parts(np.asarray(binary_opening(filled, disc)), 0.0)
+    return blocked & (_small_parts(blocked, LINE_M) | np.asarray(binary_dilation(thick, np.ones((3, 3)))))
+
+
+def _small_parts(mask: npt.NDArray[np.bool_], longest_line_m: float) -> npt.NDArray[np.bool_]:
+    """Cells (rows, columns) of connected parts of a mask that fit into a square of :data:`FURNITURE_M` and are no
+    lines along an axis that are longer than ``longest_line_m``, if that is not 0.
+    """
     from scipy.ndimage import find_objects, label
 
-    parts, count = label(blocked, structure=np.ones((3, 3)))
+    parts, count = label(mask, structure=np.ones((3, 3)))
     small = np.zeros(count + 1, dtype=np.bool_)
     for number, box in enumerate(find_objects(parts), 1):
-        small[number] = max(side.stop - side.start for side in box) * FINE_M <= FURNITURE_M
+        short, long = sorted((side.stop - side.start) * FINE_M for side in box)
+        line = longest_line_m and long > longest_line_m and short < THICK_M
+        small[number] = long <= FURNITURE_M and not line
     return np.asarray(small[parts])

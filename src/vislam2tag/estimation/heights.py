@@ -78,6 +78,8 @@ STOREY_SIGMA_M = 1.0
 """Standard deviation of a storey's usual height, if elevations are unknown."""
 SIGHTING_SIGMA_M = 0.1
 SIGHTING_REACH_M = 2.5
+CLIMB_M, CLIMB_S = 0.6, 4.0
+"""Who rises or sinks more than this in this time is on stairs or in a lift."""
 BLOCK_S = 1.0
 """Sightings of a landmark within this time count as one."""
 PINNED_M = 1e-3
@@ -170,6 +172,13 @@ def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
         return 0.0
     track = _track(camera, log, continuous_odometry(camera, log))
     return float(np.ptp(np.quantile(track.height_m, (0.01, 0.99))))
+
+
+def between_floors(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> BoolArray:
+    """Return (f,) at which usable frames a walk rises or sinks as on stairs or in a lift."""
+    track = _track(camera, log, odometry)
+    around = [np.interp(track.time_s + side * CLIMB_S / 2, track.time_s, track.height_m) for side in (-1, 1)]
+    return np.asarray(np.abs(around[1] - around[0]) > CLIMB_M)
 
 
 def _track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> VerticalTrack:

@@ -11,6 +11,7 @@ from tests.estimation.floor_plan.plans import OFFICE_ROUTE, along, in_own_frame,
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.wall_costs import WallCosts
 from vislam2tag.estimation.floor_plan.local_poses import LOCAL_LENGTH_M, LOST_M, LocalPoses, frames_of, local_poses
+from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
 from vislam2tag.estimation.floor_plan.posterior import BestPose
 from vislam2tag.estimation.floor_plan.stretches import Stretches, stretches_of
 from vislam2tag.estimation.odometry import Odometry
@@ -40,7 +41,7 @@ def rough(long: Stretches, off: complex = 0.3 - 0.2j, turned_rad: float = 0.03) 
 def refined(odometry: Odometry, sure: BoolArray | None = None, off: complex = 0.3 - 0.2j) -> LocalPoses:
     long, short = stretches_of(odometry), stretches_of(odometry, LOCAL_LENGTH_M)
     every = np.ones(len(long.stretches), dtype=np.bool_)
-    return local_poses(office(), long, rough(long, off), every if sure is None else sure, short)
+    return local_poses(PoseGrid(office()), long, rough(long, off), every if sure is None else sure, short)
 
 
 def errors_m(poses: LocalPoses) -> FloatArray:
@@ -101,7 +102,7 @@ def test_a_step_over_a_loss_does_not_move_what_is_beside_it(sigma_m: float) -> N
     ]
     count = len(long.stretches)
     best = tuple(replace(pose, place=place) for pose, place in zip(rough(long, 0j, 0.0), truth[:count], strict=True))
-    poses = local_poses(office(), long, best, np.ones(count, dtype=np.bool_), short)
+    poses = local_poses(PoseGrid(office()), long, best, np.ones(count, dtype=np.bool_), short)
     assert np.abs(poses.place - np.array(truth[count:])).max() < 0.3
 
 
@@ -111,7 +112,7 @@ def test_points_beyond_the_plan_count_as_outside() -> None:
     odometry = odometry_of(along((0, 4)))
     long, short = stretches_of(odometry), stretches_of(odometry, LOCAL_LENGTH_M)
     half_out = (BestPose(4 + 2j, 0.0, 1.0, np.eye(2), 0.0),)
-    poses = local_poses(costs, long, half_out, np.ones(1, dtype=np.bool_), short)
+    poses = local_poses(PoseGrid(costs), long, half_out, np.ones(1, dtype=np.bool_), short)
     assert poses.place[0].real < 3.3  # as far inwards as it may be moved
 
 

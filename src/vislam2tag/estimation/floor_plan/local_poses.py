@@ -10,7 +10,7 @@ import numpy as np
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vislam2tag.core.transforms import wrapped
 from vislam2tag.core.wall_costs import FINE_M, OUTSIDE_NATS_M, WallCosts
-from vislam2tag.estimation.floor_plan.pose_grid import DRIFT_PER_M, DRIFT_SHARE, WORST_NATS
+from vislam2tag.estimation.floor_plan.pose_grid import DRIFT_PER_M, DRIFT_SHARE, WORST_NATS, PoseGrid
 from vislam2tag.estimation.floor_plan.posterior import BestPose
 from vislam2tag.estimation.floor_plan.stretches import SPACING_M, Link, Stretch, Stretches
 
@@ -38,7 +38,7 @@ class LocalPoses:
 
 
 def local_poses(
-    costs: WallCosts, long: Stretches, best: tuple[BestPose, ...], sure: BoolArray, short: Stretches
+    grid: PoseGrid, long: Stretches, best: tuple[BestPose, ...], sure: BoolArray, short: Stretches
 ) -> LocalPoses:
     """Poses of the ``short`` stretches within the ``sure`` (s,) ones of the ``long`` (s), whose poses are known."""
     parents = _parents(long, short)
@@ -52,7 +52,7 @@ def local_poses(
         return LocalPoses((), centre, yaw, np.empty((0, 2, 2)))
     stretches = [short.stretches[number] for number in kept]
     links = [_between(short, before, after) for before, after in pairwise(kept)]
-    weight = _smoothed(costs, stretches, links, centre, yaw)
+    weight = _smoothed(grid, stretches, links, centre, yaw)
     offset, turn = _offsets(), _turns()
     by_place = weight.sum(axis=1).reshape(len(kept), -1)
     place = by_place @ offset
@@ -101,13 +101,13 @@ def _fit(costs: WallCosts, stretch: Stretch, centre: complex, yaw_rad: float) ->
 
 
 def _smoothed(
-    costs: WallCosts, stretches: list[Stretch], links: list[Link | None], centre: ComplexArray, yaw: FloatArray
+    grid: PoseGrid, stretches: list[Stretch], links: list[Link | None], centre: ComplexArray, yaw: FloatArray
 ) -> FloatArray:
     """Posterior weights (k, turns, rows, columns) of all stretches, each with sum 1."""
     side = 2 * REACH_CELLS + 1
     likely = []
     for stretch, place, turn in zip(stretches, centre.tolist(), yaw.tolist(), strict=True):
-        fit = _fit(costs, stretch, place, turn)
+        fit = _fit(grid.costs_of(stretch.floor), stretch, place, turn)
         likely.append(np.exp(fit - fit.max()).reshape(-1, side, side))
     steps = [
         None if link is None else _Step.of(link, centre[number : number + 2], yaw[number : number + 2])

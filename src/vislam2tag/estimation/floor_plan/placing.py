@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from vislam2tag.core.arrays import ComplexArray, StatusArray
+from vislam2tag.core.arrays import ComplexArray, IntArray, StatusArray
 from vislam2tag.core.context import PlanOfFloor
 from vislam2tag.core.placing import Candidate, Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.transforms import as_points
+from vislam2tag.core.wall_costs import on_common_cells
 from vislam2tag.estimation.floor_plan.acceptance import WalkFit, judged, misfit_of
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, evidence_of
 from vislam2tag.estimation.floor_plan.local_poses import LOCAL_LENGTH_M, LocalPoses, local_poses
@@ -49,6 +52,10 @@ MOST_CANDIDATES = 12
 """Paths that are shown."""
 
 
+Cut: TypeAlias = Callable[..., Stretches]
+"""Cuts an odometry into stretches, of a length if one is given."""
+
+
 @dataclass(frozen=True)
 class PlacedWalk:
     """A walk on its floor's plan: ``status`` (s,) of each stretch, the pose of each, and finer poses of those that are
@@ -76,13 +83,22 @@ class PlacedWalk:
 
 
 def place_walk(
-    odometry: Odometry, plans: Sequence[PlanOfFloor], own: int, facts: Sequence[Fact] = ()
+    odometry: Odometry,
+    plans: Sequence[PlanOfFloor],
+    own: int,
+    facts: Sequence[Fact] = (),
+    floor: IntArray | None = None,
 ) -> PlacedWalk | None:
-    """Place a walk on the plan of its ``own`` floor; None if that has no plan, or the walk has no stretch."""
-    walk = stretches_of(odometry)
+    """Place a walk on the plan of its ``own`` floor; None if that has no plan, or the walk has no stretch.
+
+    If it leads over several floors, ``floor`` (n,) is the number of each frame's, or
+    :data:`~vislam2tag.estimation.floor_plan.stretches.BETWEEN_FLOORS`; all need a plan.
+    """
+    cut = partial(stretches_of, floor=floor)
+    walk = cut(odometry)
     if not walk.stretches:
         return None
-    grids = {plan.number: PoseGrid(costs) for plan in plans if (costs := plan.costs) is not None}
+    grids = _grids(plans, own, {one.floor for one in walk.stretches if one.floor is not None})
     if own not in grids:
         return None
     with threadpool_limits(limits=1):  # threads cost more than they save on matrices of this size
@@ -91,21 +107,42 @@ def place_walk(
         if possible * np.prod(grid.shape) > MOST_POSES:
             return _too_open(walk)
         posterior = walk_posterior(grid, walk, evidence_of(grid, walk, odometry, facts))
-        scale = _scale(posterior, odometry, facts)
+        scale = _scale(posterior, odometry, facts, cut)
         scale = scale if abs(scale - 1) > LEAST_SCALE_ERROR else 1.0
         if scale != 1:
             odometry = replace(odometry, path=odometry.path * scale)
-            walk = stretches_of(odometry)
+            walk = cut(odometry)
             posterior = walk_posterior(grid, walk, evidence_of(grid, walk, odometry, facts))
         best = tuple(best_pose(grid, poses) for poses in posterior.poses)
-        fit = _fit(odometry, walk, posterior, best, grids, facts, open_share)
+        fit = _fit(odometry, walk, posterior, best, grids, facts, open_share, cut)
         status = judged(fit, best)
-        local = local_poses(grid.costs, walk, best, status == Status.OK, stretches_of(odometry, LOCAL_LENGTH_M))
+        local = local_poses(grid, walk, best, status == Status.OK, cut(odometry, LOCAL_LENGTH_M))
         placing = _placing(odometry, walk, posterior, fit, status, best)
         return PlacedWalk(walk, status, best, local, placing, scale)
 
 
-def _scale(posterior: WalkPosterior, odometry: Odometry, facts: Sequence[Fact]) -> float:
+def _grids(plans: Sequence[PlanOfFloor], own: int, visited: set[int]) -> dict[int, PoseGrid]:
+    """Poses of a walk by the floor that it is taken to begin on; floors that it leads to are as many floors further.
+
+    It has those for which all floors have a plan.
+    """
+    costs = {plan.number: plan.costs for plan in plans}
+    number = sorted(costs)
+    if not visited:
+        return {floor: PoseGrid(found) for floor, found in costs.items() if found is not None}
+    rank = {floor: at for at, floor in enumerate(number)}
+    grids = {}
+    for shift in range(-len(number), len(number) + 1) if {own, *visited} <= rank.keys() else ():
+        taken = {floor: rank[floor] + shift for floor in {own, *visited}}
+        on = {floor: costs[number[at]] for floor, at in taken.items() if 0 <= at < len(number)}
+        known = {floor: found for floor, found in on.items() if found is not None}
+        if len(known) == len(taken):
+            known = on_common_cells(known)
+            grids[number[taken[own]]] = PoseGrid(known[own], known)
+    return grids
+
+
+def _scale(posterior: WalkPosterior, odometry: Odometry, facts: Sequence[Fact], cut: Cut) -> float:
     """Size of the plan by the walk: the top of a parabola through the evidence of the walk at three scales.
 
     1 if the evidence has no top there, or is too flat.
@@ -113,7 +150,7 @@ def _scale(posterior: WalkPosterior, odometry: Odometry, facts: Sequence[Fact]) 
 
     def at(scale: float) -> float:
         other = replace(odometry, path=odometry.path * scale)
-        walk = stretches_of(other)
+        walk = cut(other)
         evidence = evidence_of(posterior.grid, walk, other, facts)
         return filtered(posterior.grid, walk, evidence, negligible=OF_DECOYS).total
 
@@ -141,6 +178,7 @@ def _fit(
     others: dict[int, PoseGrid],
     facts: Sequence[Fact],
     open_share: float,
+    cut: Cut,
 ) -> WalkFit:
     """Compare the walk's evidence with that of decoys and of other floors."""
     grid, total = posterior.grid, posterior.log_evidence
@@ -150,7 +188,7 @@ def _fit(
         """Advantage of the walk over itself mirrored from a stretch on, nats."""
         mirror = Mirror.at(walk, first)
         path = replace(odometry, path=mirror.path(odometry.path))
-        other = stretches_of(path)
+        other = cut(path)
         evidence = evidence_of(grid, other, path, mirror.facts(facts))
         return total - reached(grid, other, evidence, posterior.filtered.first(first))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -27,9 +28,13 @@ WIDE_RAD, WIDE_SHARE = np.radians(25.0), 0.02
 
 @dataclass(frozen=True)
 class PoseGrid:
-    """Poses on a plan: (yaws, rows, columns), positions on the grid of the costs."""
+    """Poses on a plan: (yaws, rows, columns), positions on the grid of the costs.
+
+    A walk over several floors has costs of each of the ``floors`` by number, all on the same cells.
+    """
 
     costs: WallCosts
+    floors: Mapping[int, WallCosts] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -41,11 +46,15 @@ class PoseGrid:
         """(yaws,) complex, unit."""
         return np.asarray(np.exp(1j * YAW_RAD * np.arange(YAWS)))
 
-    def fit(self, shape: ComplexArray, yaws: IntArray, box: Box) -> Float32Array:
+    def costs_of(self, floor: int | None) -> WallCosts:
+        """The costs on a floor."""
+        return self.costs if floor is None else self.floors.get(floor, self.costs)
+
+    def fit(self, shape: ComplexArray, yaws: IntArray, box: Box, floor: int | None = None) -> Float32Array:
         """Log-likelihood (k, r, c) of a stretch's points, relative to their middle, at the positions of a box for the
         ``yaws`` (k,).
         """
-        parts = self.costs.interleaved
+        parts = self.costs_of(floor).interleaved
         margin = round(REACH_M / POSITION_M)
         rows, columns = (side.stop - side.start for side in box)
         total = np.zeros((len(yaws), rows, columns), dtype=np.float32)

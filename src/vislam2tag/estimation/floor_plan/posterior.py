@@ -87,7 +87,8 @@ SAMPLED_YAWS = 10
 def open_shares(grid: PoseGrid, walk: Stretches) -> tuple[float, float]:
     """Share of all poses that fit the first stretch, and of those that are not negligible for it, from some yaws."""
     yaws, (rows, columns) = np.arange(0, YAWS, SAMPLED_YAWS), grid.shape[1:]
-    fit = grid.fit(walk.stretches[0].shape, yaws, (slice(0, rows), slice(0, columns)))
+    first = walk.stretches[0]
+    fit = grid.fit(first.shape, yaws, (slice(0, rows), slice(0, columns)), first.floor)
     return float(np.exp(fit).mean()), float((fit > np.log(NEGLIGIBLE)).mean())
 
 
@@ -111,7 +112,8 @@ def filtered(
             prior, yaws, box = _predicted(grid, walk.links[number - 1], poses[-1], NEGLIGIBLE_YAW * negligible)
         else:
             prior, (yaws, box) = np.full(grid.shape, 1 / count, dtype=np.float32), _everywhere(grid)
-        fit = grid.fit(walk.stretches[number].shape, yaws, box)
+        stretch = walk.stretches[number]
+        fit = grid.fit(stretch.shape, yaws, box, stretch.floor)
         likely = fit if number not in evidence else fit + evidence[number][yaws][:, *box]
         top = likely.max()  # many facts that contradict each other may have no likelihood that a float can hold
         weight = np.exp(likely - top) * prior

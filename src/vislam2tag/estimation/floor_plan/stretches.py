@@ -18,17 +18,20 @@ SPACING_M = 0.2
 LENGTH_M, SHORTEST_M = 12.0, 2.0
 GAP_M, GAP_RAD = 0.3, 0.15
 """A stretch ends where the tracker's place or turn is less certain than this (standard deviation)."""
+BETWEEN_FLOORS = -(2**31)
+"""Instead of a floor's number: on stairs or in a lift, of which plans show little."""
 
 
 @dataclass(frozen=True)
 class Stretch:
     """``points`` (k,) complex, metres in the continuous frame, every :data:`SPACING_M` of the way from frame ``first``
-    to frame ``last`` of the odometry; ``middle`` is their mean.
+    to frame ``last`` of the odometry; ``middle`` is their mean. ``floor`` is its floor's number, if that is known.
     """
 
     first: int
     last: int
     points: ComplexArray
+    floor: int | None = None
 
     @cached_property
     def middle(self) -> complex:
@@ -72,17 +75,24 @@ class Stretches:
         return sum(stretch.way_m for stretch in self.stretches)
 
 
-def stretches_of(odometry: Odometry, length_m: float = LENGTH_M) -> Stretches:
-    """Cut a walk; stretches shorter than :data:`SHORTEST_M` join the one before, or are left out between gaps."""
+def stretches_of(odometry: Odometry, length_m: float = LENGTH_M, floor: IntArray | None = None) -> Stretches:
+    """Cut a walk; stretches shorter than :data:`SHORTEST_M` join the one before, or are left out between gaps.
+
+    ``floor`` (n,) is the number of each frame's floor, or :data:`BETWEEN_FLOORS`; such frames are left out.
+    """
     knots = np.unique(np.searchsorted(odometry.time_s, np.arange(0, odometry.time_s[-1] + SAMPLE_S, SAMPLE_S)))
     knots = np.unique(np.append(knots, len(odometry.path) - 1)[: len(knots) + 1].clip(0, len(odometry.path) - 1))
     place_m2 = np.concatenate(([0.0], np.cumsum(odometry.jump_m2)))
     turn_rad2 = np.concatenate(([0.0], np.cumsum(odometry.jump_rad2)))
     jumps = np.concatenate(([0], np.cumsum(odometry.jumped)))
     gap = (np.diff(place_m2[knots]) > GAP_M**2) | (np.diff(turn_rad2[knots]) > GAP_RAD**2)
+    if floor is not None:
+        gap |= np.diff(floor[knots]) != 0
     pieces: list[Stretch] = []
     for start, stop in _runs(gap):
-        pieces += _cut(odometry.path, knots[start : stop + 1], length_m)
+        number = None if floor is None else int(floor[knots[start]])
+        if number != BETWEEN_FLOORS:
+            pieces += _cut(odometry.path, knots[start : stop + 1], length_m, number)
     links = tuple(_link(before, after, place_m2, turn_rad2, jumps) for before, after in pairwise(pieces))
     return Stretches(tuple(pieces), links)
 
@@ -93,8 +103,8 @@ def _runs(gap: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> list[tuple[in
     return list(zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(gap)], strict=True))
 
 
-def _cut(path: ComplexArray, knots: IntArray, length_m: float) -> list[Stretch]:
-    """Stretches of about equal length between the knots (k,) of a run, frames of the path (n,)."""
+def _cut(path: ComplexArray, knots: IntArray, length_m: float, floor: int | None) -> list[Stretch]:
+    """Stretches of about equal length between the knots (k,) of a run on a floor, frames of the path (n,)."""
     place = path[knots]
     along = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(place)))))
     if along[-1] < SHORTEST_M:
@@ -106,13 +116,13 @@ def _cut(path: ComplexArray, knots: IntArray, length_m: float) -> list[Stretch]:
         at = np.arange(low + SPACING_M / 2, high, SPACING_M)
         points = np.interp(at, along, place.real) + 1j * np.interp(at, along, place.imag)
         first, last = np.interp((low, high), along, knots).round().astype(np.int64).tolist()
-        found.append(Stretch(first, last, points))
+        found.append(Stretch(first, last, points, floor))
     return found
 
 
 def _link(before: Stretch, after: Stretch, place_m2: FloatArray, turn_rad2: FloatArray, jumps: IntArray) -> Link:
     middles = [(one.first + one.last) // 2 for one in (before, after)]
-    way_m = (before.way_m + after.way_m) / 2
+    way_m = max((before.way_m + after.way_m) / 2, abs(after.middle - before.middle))
     return Link(
         step=after.middle - before.middle,
         way_m=way_m,

@@ -15,6 +15,8 @@ from vislam2tag.estimation.floor_plan.compass import compass_turn_rad
 from vislam2tag.estimation.floor_plan.facts import facts_of
 from vislam2tag.estimation.floor_plan.local_poses import LocalPoses
 from vislam2tag.estimation.floor_plan.placing import PlacedWalk, place_walk
+from vislam2tag.estimation.floor_plan.stretches import BETWEEN_FLOORS
+from vislam2tag.estimation.heights import between_floors, estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import ON_PLAN
@@ -47,7 +49,8 @@ class FloorPlan:
         )
         priors = LandmarkPriors.of(observations.ids, landmarks)
         facts = facts_of(camera, observations, priors)
-        placed = place_walk(observations.odometry, camera.plans, camera.own_floor, facts)
+        floor = self._floors(camera, log, landmarks, observations)
+        placed = place_walk(observations.odometry, camera.plans, camera.own_floor, facts, floor)
         if placed is None:
             return self.smoother.map(camera, log, landmarks)
         placing = replace(placed.placing, compass_rad=compass_turn_rad(camera, observations.odometry))
@@ -63,6 +66,16 @@ class FloorPlan:
         if mapped_by_landmarks:
             return replace(mapped, placing=placing)
         return _without(mapped, placed.frame_status(len(observations.odometry.frame)), observations, placing)
+
+    def _floors(
+        self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, observations: WalkObservations
+    ) -> IntArray | None:
+        """Number (n,) of the floor of each frame, by height; None if the walk stays on its own one."""
+        odometry = observations.odometry
+        heights = estimate_heights(camera, log, landmarks, self.smoother.heights, odometry)
+        if not len(heights.floor) or (heights.floor[odometry.frame] == camera.own_floor).all():
+            return None
+        return np.where(between_floors(camera, log, odometry), BETWEEN_FLOORS, heights.floor[odometry.frame])
 
 
 def _refused(camera: CameraTrack, observations: WalkObservations, placed: PlacedWalk) -> Trajectory:
