@@ -81,6 +81,15 @@ def test_a_plan_without_its_extra_is_a_finding(folder: Path) -> None:
     assert "process survey --out with_finding --jobs 1 ended with 0" in said
 
 
+def test_a_walk_that_only_its_plan_could_place_names_the_extra(folder: Path) -> None:
+    survey = make_survey(folder / "planned", devices=("LG",), seconds=30.0)
+    (survey / "floor_0" / "marker_dict.csv").unlink()
+    said = base(folder, "process planned --out unplaced --jobs 1", "diagnose planned --jobs 1")
+    assert "the plan of floor 0 cannot place the walk: this needs cv2: pip install 'vislam2tag[prepare]'" in said
+    assert "unusable_plan 1" in said
+    assert "diagnose planned --jobs 1 ended with 1" in said
+
+
 NEEDED = {
     "plan survey --out planned": "prepare",
     "sheets --ids 1-2 --out printed": "prepare",

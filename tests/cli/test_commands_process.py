@@ -95,7 +95,7 @@ def test_a_session_that_cannot_be_mapped_is_1_with_one_line(survey: Path, tmp_pa
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--strategy", "globe"), "there is no mapping strategy 'globe'; available are: dead-reckoning, global, "),
+        (("--strategy", "globe"), "there is no mapping strategy 'globe'; available are: dead-reckoning, floor-plan, "),
         (("--floor", "7"), "--floor 7: the survey has no session with this floor; it has: 0"),
         (("--device", "Nokia"), "--device Nokia: the survey has no session with this device; it has: LG, OnePlus"),
         (("--landmarks", "gone.csv"), "cannot be opened (No such file or directory); expected a landmark file"),
@@ -211,7 +211,7 @@ def test_completed_landmarks_replace_those_of_the_floors_and_are_recorded(survey
     assert json.loads((tmp_path / "plain/run.json").read_text())["landmark_file"] is None
     again = vislam2tag("process", bare.parents[1], "--out", tmp_path / "out", "--jobs", "1")
     assert again.returncode == 1
-    assert "the walk cannot be mapped" in (tmp_path / "out/report.html").read_text()
+    assert "of the walk has no position, because" in (tmp_path / "out/report.html").read_text()
 
 
 def test_what_is_uncertain_is_counted_and_keeps_its_position(survey: Path, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from vislam2tag.cli import main
+from vislam2tag.sessions.inspection import inspect_survey
 
 SMALL = ["--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.25"]
 
@@ -143,3 +144,15 @@ def test_a_sites_access_points_and_survey_stay_whoever_walks(tmp_path: Path) -> 
     head, *rows = (outs[0] / "floor_0" / "marker_dict.csv").read_text().splitlines()
     assert head == "id,x,y,z,sigma_m"
     assert all(row.endswith(",1.4500,0.0700") for row in rows)
+
+
+@pytest.mark.parametrize("options", [(), ("--format", "phone"), ("--floors", "2", "--climb", "mixed")])
+def test_a_survey_without_landmarks_has_none_of_their_files(tmp_path: Path, options: tuple[str, ...]) -> None:
+    short = ("--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.5", "--landmark-count", "0")
+    done = vislam2tag("simulate", tmp_path / "survey", *short, *options)
+    assert done.returncode == 0, done.stderr
+    assert not list((tmp_path / "survey").rglob("marker_dict.csv"))
+    assert not list((tmp_path / "survey").rglob("initPoses.csv"))
+    inspected = inspect_survey(tmp_path / "survey")
+    assert inspected.usable
+    assert all(session.landmarks_seen == () for session in inspected.sessions)

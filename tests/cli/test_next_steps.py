@@ -61,7 +61,7 @@ def test_a_step_is_a_command_that_there_is(step: str) -> None:
     if start < 0:
         return
     fields = {field: "1" for _, field, _, _ in string.Formatter().parse(step) if field}
-    words = shlex.split(step[start:].format(**fields).partition(" > ")[0])[1:]
+    words = shlex.split(step[start:].partition("\n")[0].format(**fields).partition(" > ")[0])[1:]
     command = command_named(words)
     known = {name for each in command.params for name in each.opts}
     assert {word for word in words if word.startswith("--")} <= known

@@ -260,13 +260,14 @@ def test_a_session_that_is_not_placed_is_named_with_the_reason_and_what_helps(
     tmp_path: Path, reason: str, start_ns: int | None, todo: str
 ) -> None:
     seconds = {reason: 200.0}
-    page = page_of_one(tmp_path, placing=unplaced(reason), frame_seconds=seconds, start_ns=start_ns)
+    frames = {reason: 6000}
+    page = page_of_one(tmp_path, placing=unplaced(reason), frames=frames, frame_seconds=seconds, start_ns=start_ns)
     style = STATUS_STYLES[reason]
     assert f'<span class="warning">not placed: {style.name}</span>' in page
     assert f"<b>Not placed on the plan.</b> {escape(style.meaning)} What helps: {todo[0].lower()}{todo[1:]}" in page
     listed = page.partition('id="unplaced"')[2].partition("</div>")[0]
     assert f'</a>: {style.name}. <b class="todo">{todo}</b>' in listed
-    assert "1 of 1 sessions could be mapped; none of the walking time has a position." in page
+    assert "0 of 1 sessions could be mapped, and 1 without errors have no position; none of the walking time" in page
 
 
 def test_a_session_that_is_placed_in_part_is_not_among_those_that_are_not(tmp_path: Path) -> None:

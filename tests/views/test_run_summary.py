@@ -31,6 +31,7 @@ def results(tmp_path: Path) -> list[SessionResult]:
 def test_totals_are_the_sums_over_sessions(results: list[SessionResult]) -> None:
     summary = summarise(iter(results), "local", "1.2.3")
     assert (summary.version, summary.strategy, summary.sessions, summary.failed) == ("1.2.3", "local", 8, 1)
+    assert (summary.unplaced, summary.mapped, summary.counted_sessions) == (0, 7, "8 sessions (1 failed)")
     assert summary.duration_s == pytest.approx(sum(result.duration_s for result in results), abs=1e-3)
     assert summary.distance_m == pytest.approx(sum(result.distance_m for result in results), abs=1e-3)
     for status, count in summary.frames.items():
@@ -39,6 +40,13 @@ def test_totals_are_the_sums_over_sessions(results: list[SessionResult]) -> None
     assert summary.readings["wifi"]["ok"] == 7 * 1_800
     assert summary.findings["stale_wifi_rows"] == 8 * 140
     assert summary.failures == {results[-2].slug: results[-2].error}
+
+
+def test_sessions_without_any_position_are_not_mapped(results: list[SessionResult]) -> None:
+    results[0] = results[0].model_copy(update={"frames": {"too_short": 600}})
+    summary = summarise(results, "smoother", "1")
+    assert (summary.failed, summary.unplaced, summary.mapped) == (1, 1, 6)
+    assert summary.counted_sessions == "8 sessions (1 failed, 1 without a position)"
 
 
 def test_groups_add_up_to_the_whole(results: list[SessionResult]) -> None:

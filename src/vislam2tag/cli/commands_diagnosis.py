@@ -61,8 +61,9 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     If nothing is wrong, the output names what was checked. If no walk passes enough landmarks, it says that nothing
     could be judged.
 
-    Exit code: 0 nothing is wrong, 1 a mistake was found, a session cannot be read, or nothing could be judged, 2 wrong
-    usage or not a survey, 130 interrupted. With --apply and --revert: 0 if that was done.
+    Exit code: 0 nothing is wrong, or no walk has landmarks and floors have plans, 1 a mistake was found, a session
+    cannot be read, or nothing could be judged, 2 wrong usage or not a survey, 130 interrupted. With --apply and
+    --revert: 0 if that was done.
 
     \b
     Examples:
@@ -112,7 +113,7 @@ def _revert(given: DiagnoseOptions) -> None:
 
 
 def _is_sound(found: api.Diagnosis) -> bool:
-    return found.judgement.answer is Answer.NOTHING_WRONG and not found.failed
+    return (found.judgement.answer is Answer.NOTHING_WRONG or found.needs_landmarks) and not found.failed
 
 
 def _after(found: api.Diagnosis, applied: bool) -> str:

@@ -186,8 +186,8 @@ def _print_summary(summary: api.Summary, out: Path) -> None:
     from vislam2tag.views.run_summary import accuracy_sentence
 
     say(
-        f"{summary.sessions} sessions ({summary.failed} failed), {summary.duration_s / 60:.1f} min, "
-        f"{summary.distance_m:.0f} m; frames labelled: {share_text(summary.frames)}"
+        f"{summary.counted_sessions}, {summary.duration_s / 60:.1f} min, {summary.distance_m:.0f} m; "
+        f"frames labelled: {share_text(summary.frames)}"
     )
     for table, counts in summary.readings.items():
         say(f"{table}: {sum(counts.values())} rows, labelled: {share_text(counts)}")
@@ -267,7 +267,7 @@ def run_command(
 
 def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
     labelled = share_text(made.labels.frames)
-    say(f"{made.labels.sessions} sessions ({made.labels.failed} failed); frames labelled: {labelled}")
+    say(f"{made.labels.counted_sessions}; frames labelled: {labelled}")
     for floor in made.check.floors:
         say(f"floor {floor.number}: expected mean error {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:

@@ -64,7 +64,8 @@ def check_command(given: CheckOptions) -> None:
     the mean error of the session's labels (docs/explanation/truth.md). The command names landmarks whose predictions
     have the same error in all sessions, and the three places on each floor where another landmark would help most. It
     also shows which part of the walkable space was walked, which rooms were not entered, and a walk to cover the rest.
-    Files are only written with --out.
+    Of walks that only the floor's plan places, it reports the error that sigma predicts. Files are only written with
+    --out.
 
     Exit code: 0 nothing is wrong, 1 a landmark or known position is wrong, a session cannot be read or mapped, or no
     session could be judged, 2 wrong usage or not a survey, 130 interrupted.

@@ -10,7 +10,8 @@ from vislam2tag.cli.terminal import say
 from vislam2tag.common.files.store import shown
 
 STEPS: Mapping[str, str] = {
-    "site init": "vislam2tag plan {site} --out plan --write",
+    "site init": "vislam2tag plan {site} --out plan --write\n"
+    "or, without landmarks: add the walks, then: vislam2tag process {site} --out labels",
     "site init, measure": "open {page}, click two points, enter their distance, then run the command that it shows",
     "site show": "vislam2tag plan {site} --out plan --write",
     "site show, no plan": "add the plan of each floor as floor_K/floorplan.jpg, then: vislam2tag site show {site}",

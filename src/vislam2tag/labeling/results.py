@@ -5,6 +5,8 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from vislam2tag.common.findings import NOT_RUN, Finding, Judgement, counted
 from vislam2tag.common.records import Record
 from vislam2tag.core.status import EventKind, Status
@@ -326,6 +328,16 @@ class SessionResult(Record):
     placing: PlacingRecord | None = None
     """None where the walk was not placed on the plan."""
 
+    @property
+    def unplaced(self) -> bool:
+        """Whether it was read and mapped, but no frame has a position."""
+        return self.error is None and not placed_frames(self.frames)
+
+
+def placed_frames(frames: Mapping[str, int]) -> int:
+    """How many frames, counted by status, have a position, certain or not."""
+    return sum(frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
+
 
 WRONG_IDS = ("other_ids", "shifted_ids")
 """Kinds of findings that say that walks and landmark tables have different ids."""
@@ -338,6 +350,8 @@ class Summary(Record):
     strategy: str
     sessions: int
     failed: int
+    unplaced: int = 0
+    """Sessions that did not fail, but have no position."""
     duration_s: float
     distance_m: float
     frames: dict[str, int]
@@ -369,9 +383,20 @@ class Summary(Record):
         return any(kind in counts for kind in WRONG_IDS for counts in (self.findings, self.site_findings))
 
     @property
+    def mapped(self) -> int:
+        """How many sessions have a position."""
+        return self.sessions - self.failed - self.unplaced
+
+    @property
+    def counted_sessions(self) -> str:
+        """The sessions, and how many of them failed or have no position."""
+        unplaced = f", {self.unplaced} without a position" if self.unplaced else ""
+        return f"{self.sessions} sessions ({self.failed} failed{unplaced})"
+
+    @property
     def frames_placed(self) -> int:
         """How many frames have a position, certain or not."""
-        return sum(self.frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
+        return placed_frames(self.frames)
 
     @property
     def problem(self) -> str | None:

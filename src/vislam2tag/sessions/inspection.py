@@ -24,6 +24,7 @@ from vislam2tag.site.links import Link, link_findings, links_in
 from vislam2tag.site.model import Floor, SessionRef, Survey
 from vislam2tag.site.settings import SurveySettings
 from vislam2tag.site.stored_survey import survey_at_hand
+from vislam2tag.site.walkable.plan_costs import plan_mark
 
 
 class FloorOverview(Record):
@@ -61,6 +62,8 @@ class SessionOverview(Record):
     landmarks_seen: tuple[str, ...] = ()
     landmarks_surveyed: int = 0
     """How many of the landmarks seen have a surveyed position."""
+    on_plan: bool = False
+    """Whether the plan of its floor may place it without landmarks."""
     fixes: int | None = None
     """Known positions that a session without poses is mapped by; None where a tracker was logged."""
     wifi_scans: int = 0
@@ -80,7 +83,7 @@ class SessionOverview(Record):
         """Whether the session can be read and has what mapping needs, or is left out."""
         if self.excluded:
             return True
-        placed = self.landmarks_surveyed > 0 or self.fixes is not None
+        placed = self.landmarks_surveyed > 0 or self.on_plan or self.fixes is not None
         return self.error is None and placed and all(each.severity != Severity.ERROR for each in self.findings)
 
 
@@ -199,6 +202,7 @@ def _session_overview(
             **_amounts(session),
             "landmarks_seen": session.landmarks.ids,
             "landmarks_surveyed": len(landmarks.surveyed_ids.intersection(session.landmarks.ids)),
+            "on_plan": bool(session.camera.plans) and plan_mark(prepared.task.floor) is not None,
             "findings": tuple(prepared.findings()),
         }
     )

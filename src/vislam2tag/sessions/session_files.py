@@ -39,7 +39,7 @@ from vislam2tag.site.site_table import is_file
 Made = TypeVar("Made")
 MISSING = {
     "poses": ("there are no camera poses; the session cannot be mapped", Severity.ERROR),
-    "landmarks": ("there are no landmark poses; the session cannot be mapped", Severity.ERROR),
+    "landmarks": ("there are no landmark poses: only a plan of its floor can place the session", Severity.WARNING),
     "wifi": ("there are no Wi-Fi scans; the session has no Wi-Fi labels", Severity.WARNING),
     "sensors": ("there are no sensor readings; the session has no sensor labels", Severity.WARNING),
 }
@@ -95,7 +95,7 @@ class SessionFiles:
         except OSError as error:
             consequence, severity = (MISSING | _OPTIONAL)[role]
             message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
-            self.note("unreadable_file", names[0], message, severity)
+            self.note("unreadable_file", names[0], message, Severity.ERROR if role == "landmarks" else severity)
             return names[0], b""
         self._opened.add(names[0])
         return names[0], _of_barometer(data) if self.track_only and role == "sensors" else data

@@ -94,6 +94,7 @@ def _landmark_places(
     while len(chosen) < min(settings.landmarks, len(points)):
         distance = np.minimum(distance, np.linalg.norm(points - points[chosen[-1]], axis=1))
         chosen.append(int(np.argmax(distance * np.where(after_turn, 2.5, 1.0))))
+    chosen = chosen[: settings.landmarks]
     # The sheet's X axis points to the viewer's right: the outward normal turned by +90 degrees.
     heading = np.arctan2(normals[chosen, 0], -normals[chosen, 1])
     return points[chosen], heading

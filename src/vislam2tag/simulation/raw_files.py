@@ -56,6 +56,8 @@ def session_text(session: SimulatedSession) -> SessionText:
         "wifi": _wifi(session.wifi, session.building),
         "truth": _truth(session),
     }
+    if not any(floor.landmark_ids for floor in session.building.floors):
+        del text["landmarks"]
     if session.ble is not None:
         text["ble"] = _ble(session.ble)
     if len(session.presses_ns):
@@ -174,7 +176,8 @@ def site_text(
     """
     files = {"floor_dimensions.csv": _dimensions(building, SiteColumn.ELEVATION in columns)}
     for floor in building.floors:
-        files[f"floor_{floor.number}/marker_dict.csv"] = _marker_dict(floor, columns, seed)
+        if floor.landmark_ids:
+            files[f"floor_{floor.number}/marker_dict.csv"] = _marker_dict(floor, columns, seed)
         if control_points:
             points = {"x": floor.control_points[:, 0], "y": floor.control_points[:, 1]}
             files[f"floor_{floor.number}/refmarker.csv"] = comma_separated(pl.DataFrame(points), header=False)

@@ -164,8 +164,8 @@ class BuildingSettings(SettingsRecord):
     """Number of corridors that cross the ring of corridors."""
     dead_ends: int = Field(default=1, ge=0, le=4)
     """Number of corners of the ring from which a corridor continues to the outer wall."""
-    landmarks: int = Field(default=12, ge=2, le=25)
-    """Number of landmarks on each floor."""
+    landmarks: int = Field(default=12, ge=0, le=25)
+    """Number of landmarks on each floor; 0: none, so that only plans place the walks."""
     control_point_spacing_m: float = Field(default=CONTROL_POINT_SPACING_M, ge=2)
     """Distance between control points along the corridors, metres."""
     access_points: int = Field(default=14, ge=1)

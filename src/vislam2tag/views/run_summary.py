@@ -89,6 +89,7 @@ def summarise(
         strategy=strategy,
         sessions=totals.sessions,
         failed=len(totals.failures),
+        unplaced=totals.unplaced,
         duration_s=round(totals.duration_s, 3),
         distance_m=round(totals.distance_m, 3),
         frames=_sorted(totals.frames),
@@ -123,6 +124,7 @@ class _Totals:
     """Running sums over the sessions added so far."""
 
     sessions: int = 0
+    unplaced: int = 0
     duration_s: float = 0.0
     distance_m: float = 0.0
     frames: Counter[str] = field(default_factory=Counter)
@@ -141,6 +143,7 @@ class _Totals:
 
     def add(self, result: SessionResult) -> None:
         self.sessions += 1
+        self.unplaced += result.unplaced
         self.duration_s += result.duration_s
         self.distance_m += result.distance_m
         self.frames.update(result.frames)

@@ -50,6 +50,13 @@ def built(labels: Path, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return build_dataset(labels, tmp_path_factory.mktemp("built") / "set")
 
 
+def test_labels_that_were_mapped_together_stay_so(survey: Path, tmp_path: Path) -> None:
+    together = process(survey, tmp_path / "labels", Settings(together=True))
+    build_dataset(survey, tmp_path / "set", options=BuildOptions(labels=tmp_path / "labels"))
+    assert json.loads((tmp_path / "labels" / "run.json").read_text())["settings"]["together"] is True
+    assert json.loads((tmp_path / "labels" / "summary.json").read_text())["frames"] == together.frames
+
+
 def true_position(survey: Path, row: dict[str, object], time_ns: object) -> np.ndarray:
     """Where the camera truly was, (2,), at times (k,): the mean."""
     _, device, name = str(row["session"]).split(".")
@@ -257,7 +264,7 @@ def test_walks_that_could_not_be_mapped_and_columns_nobody_knows(survey: Path, t
     assert kinds["session_without_label"].count == 2
     assert "wifi/mood" in kinds["unknown_columns"].message
     scans = built.fingerprints.filter(pl.col("session").str.starts_with("floor_0.LG")).collect()
-    assert set(scans["status"]) == {"no_mapping"}
+    assert set(scans["status"]) == {"fits_other_floor"}
     assert scans["x"].null_count() == scans["floor"].null_count() == len(scans) > 0
     assert kinds["unlabelled_fingerprints"].count >= len(scans)
     assert built.sessions.collect().height == 4

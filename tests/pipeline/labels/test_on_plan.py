@@ -22,6 +22,7 @@ from vislam2tag.pipeline.labels.process import dry_run, process
 from vislam2tag.pipeline.labels.session import Reason, SessionJob, jobs_of
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import session_task
+from vislam2tag.quality.self_check_record import SurveyCheck
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.corrections.file import Corrections
@@ -115,6 +116,50 @@ def test_walks_of_a_site_without_landmarks_are_placed(placed: Path) -> None:
     assert table["x"].drop_nulls().is_between(0, 60).all()
 
 
+def test_check_states_the_sigma_of_walks_without_landmarks(without_landmarks: Path, tmp_path: Path) -> None:
+    done = vislam2tag("check", without_landmarks, "--out", tmp_path / "check")
+    assert done.returncode == 0, (done.stdout, done.stderr)
+    assert "could not be judged: no session has enough surveyed landmarks" in done.stdout
+    assert "sigma alone gives the expected errors" in (tmp_path / "check" / "check.html").read_text()
+    found = SurveyCheck.model_validate_json((tmp_path / "check" / "check.json").read_bytes())
+    (session,) = found.sessions
+    assert session.error is None
+    assert session.stated_m is not None
+    assert session.stated_m == session.estimated_m
+    assert session.labelled > 0.65 * session.frames
+    assert found.walked[0].walked > 0
+    assert found.walked[0].scanned > 0
+
+
+def test_check_and_diagnose_fail_without_landmarks_and_plan(survey: Path) -> None:
+    plan_of(survey).unlink()
+    done = vislam2tag("check", survey)
+    assert done.returncode == 1
+    assert "or a plan of its floor that shows the walls" in done.stderr
+    assert vislam2tag("diagnose", survey).returncode == 1
+    assert vislam2tag("inspect", survey).returncode == 1
+
+
+def test_diagnose_says_that_walks_without_landmarks_could_not_be_judged(without_landmarks: Path) -> None:
+    done = vislam2tag("diagnose", without_landmarks)
+    assert done.returncode == 0
+    assert "could not be judged: no walk passes 3 surveyed landmarks" in done.stdout
+    assert f"next: vislam2tag run {without_landmarks}" in done.stdout
+
+
+def test_inspect_finds_nothing_wrong_where_a_plan_may_place_the_walks(survey: Path) -> None:
+    (folder,) = (survey / "floor_0" / "LG").iterdir()
+    for empty in (False, True):
+        (folder / "initPoses.csv").unlink()
+        if empty:
+            (folder / "initPoses.csv").touch()
+        done = vislam2tag("inspect", survey)
+        assert done.returncode == 0, done.stdout
+        assert "nothing is wrong" in done.stdout
+        assert "cannot be mapped" not in done.stdout
+        (folder / "initPoses.csv").touch()
+
+
 def test_nothing_changed_nothing_to_do(without_landmarks: Path, placed: Path) -> None:
     assert reasons(without_landmarks, placed) == ()
 
@@ -192,6 +237,8 @@ def test_a_plan_that_is_added_later_places_what_could_not_be_mapped(survey: Path
     process(survey, tmp_path / "labels")
     result = result_of(tmp_path / "labels")
     assert result.error is not None
+    assert "or a plan of its floor that shows the walls" in result.error
+    assert {"too_few_landmarks", "unusable_plan"} <= {finding.kind for finding in result.findings}
     assert result.placing is None
     assert reasons(survey, tmp_path / "labels") == ()
     (tmp_path / "plan.jpg").rename(plan)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,7 +24,7 @@ from vislam2tag.site.plans.source import Extent, PlanSource
 from vislam2tag.site.stored_survey import survey_at_hand
 from vislam2tag.site.walkable import plan_costs as module
 from vislam2tag.site.walkable.painted_cells import GREEN, RED
-from vislam2tag.site.walkable.plan_costs import plan_costs, plan_mark, plans_of
+from vislam2tag.site.walkable.plan_costs import plan_costs, plan_fault, plan_mark, plans_of
 
 SIDES_M = (WIDTH_M + 2 * MARGIN_M, HEIGHT_M + 2 * MARGIN_M)
 MIDDLE_Y = sum(CORRIDOR) / 2
@@ -151,6 +152,21 @@ def test_plans_that_cannot_be_used_give_none(tmp_path: Path, image: Floor) -> No
     assert plan_costs(replace(image, width_m=None, source=None)) is None, "an image without a size"
     (tmp_path / "mask.png").write_bytes(b"no image")
     assert plan_costs(replace(image, mask=tmp_path / "mask.png")) is None
+
+
+def test_the_fault_of_a_plan_is_reported(tmp_path: Path, image: Floor, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "broken.png").write_bytes(b"no image")
+    Image.new("RGB", (260, 220), "white").save(tmp_path / "blank.png")
+    assert (plan_fault(floor_with(tmp_path / "broken.png")) or "").startswith("broken.png: the plan of floor 1 ")
+    assert "all its pixels have the same colour" in (plan_fault(floor_with(tmp_path / "blank.png")) or "")
+    assert plan_fault(floor_with(tmp_path / "missing.png")) == "missing.png cannot be opened"
+    assert plan_fault(replace(image, plan=None)) is None
+    assert plan_fault(image) is None
+    module._costs.clear()
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    monkeypatch.delitem(sys.modules, "vislam2tag.site.walkable.painted_cells")
+    monkeypatch.delitem(sys.modules, "vislam2tag.site.walkable.space")
+    assert plan_fault(image) == "this needs cv2: pip install 'vislam2tag[prepare]'"
 
 
 def test_each_floor_with_a_plan_is_read_when_it_is_asked_for(

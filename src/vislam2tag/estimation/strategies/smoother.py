@@ -37,8 +37,8 @@ class Smoother:
     without_landmarks: MappingStrategy | None = None
     """The strategy for sessions that no landmarks connect to the building, if their floor has a plan."""
     needs: str = (
-        "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading (a session without "
-        "poses: two known positions at different places)"
+        "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading, or a plan of its "
+        "floor that shows the walls (a session without poses: two known positions at different places)"
     )
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:

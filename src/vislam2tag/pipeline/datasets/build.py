@@ -37,6 +37,7 @@ from vislam2tag.pipeline.datasets.sources import (
 )
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.walked_floors import walked_floors
+from vislam2tag.pipeline.run.claims import kept_together
 from vislam2tag.pipeline.run.workers import process_all
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_sessions
@@ -101,10 +102,11 @@ def build_dataset(
 ) -> Dataset:
     """Build a data set of surveys or of output folders of ``process``, and open it.
 
-    A survey is processed first. ``tell`` is called with the names of files that are skipped because links lead to them
-    outside their source. With ``jobs`` > 1 sessions are processed in that many processes (call it from under
-    ``if __name__ == "__main__":``). Raises SurveyError or DatasetError if a source is neither, cannot be read, or
-    conflicts with another, UsageError for options that do not fit, OutputError if ``out`` cannot be written.
+    A survey is processed first, together if its labels in the options' folder are so. ``tell`` is called with the names
+    of files that are skipped because links lead to them outside their source. With ``jobs`` > 1 sessions are processed
+    in that many processes (call it from under ``if __name__ == "__main__":``). Raises SurveyError or DatasetError if a
+    source is neither, cannot be read, or conflicts with another, UsageError for options that do not fit, OutputError if
+    ``out`` cannot be written.
     """
     settings, options = settings or DatasetSettings(), options or BuildOptions()
     folders, out = paths_of(sources), Path(out)
@@ -178,7 +180,7 @@ def _labelled(
         process(
             folder,
             outs[-1],
-            options.labelling,
+            kept_together(outs[-1], options.labelling),
             jobs=jobs,
             replace=options.replace,
             follow_links=options.follow_links,

@@ -74,7 +74,7 @@ class SessionOutcome:
     session: str
     device: str
     error: str | None
-    """Why ``process`` could not map the session."""
+    """Why ``process`` could not map the session, or that it has no position."""
     technologies: tuple[str, ...]
     """Findings about its radio readings."""
     findings: tuple[Finding, ...]
@@ -106,7 +106,8 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
         findings.append(Finding(kind="session_without_scan", file="", count=1, message=message))
     technologies = tuple(fingerprints["technology"].unique())
     places = _places(trajectory, fingerprints.filter(technology=WIFI))
-    return SessionOutcome(job.session, result.device, result.error, technologies, tuple(findings), places)
+    error = f"{result.slug}: no frame has a position" if result.unplaced else result.error
+    return SessionOutcome(job.session, result.device, error, technologies, tuple(findings), places)
 
 
 def _places(trajectory: pl.DataFrame, scans: pl.DataFrame) -> WalkPlaces:

@@ -25,6 +25,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths
+from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
@@ -34,10 +35,10 @@ from vislam2tag.estimation.heights import estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import WalkObservations
 from vislam2tag.estimation.odometry import Odometry
-from vislam2tag.estimation.settings import HeightSettings, SmootherSettings
+from vislam2tag.estimation.settings import HeightSettings
 from vislam2tag.estimation.smoother import SolvedWalk, mapped_path, solve_walk
 from vislam2tag.estimation.strategies.dead_reckoning import DeadReckoning
-from vislam2tag.estimation.strategies.smoother import Smoother
+from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.walked_floors import FloorWalked, WalkPlaces, walked_floors
 from vislam2tag.pipeline.run.failures import done_or_failed
@@ -56,6 +57,7 @@ from vislam2tag.quality.self_check_record import DoubtfulFix, FloorCheck, LeftOu
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, mappable_session
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.site.settings import WalkableSettings
+from vislam2tag.site.walkable.plan_costs import plan_fault
 from vislam2tag.views.quality_pages import write_check_page
 
 
@@ -146,7 +148,9 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
     if whole.session.camera.without_poses:
         return CheckedSession(_record(task, **checked_by_fixes(whole, settings)))
     prepared = whole.longest_section()
-    smoothed = _smoothed(prepared, settings.mapping.smoother)
+    _, smoothed = solved(prepared, settings.mapping.smoother.sighting_range_m)
+    if smoothed is None:
+        return _checked_on_plan(prepared, settings)
     left_out = leave_out(smoothed)
     path, covariance, _ = mapped_path(smoothed)
     odometry = smoothed.model.observations.odometry
@@ -156,18 +160,42 @@ def _check(settings: ProcessSettings, task: SessionTask) -> CheckedSession:
         gains(smoothed, positions, floor[positions.at]), error_factor(left_out), floor, expected_error_m(covariance)
     )
     record = _record(task, **_accuracy(prepared, smoothed, covariance, left_out, settings.labels.max_sigma_m))
-    return CheckedSession(record, found, [_places(prepared, odometry, path, floor)])
+    return CheckedSession(record, found, [_places(prepared, odometry.frame, path, floor)])
 
 
-def _places(prepared: PreparedSession, odometry: Odometry, path: FloatArray, floor: IntArray) -> WalkPlaces:
+def _checked_on_plan(prepared: PreparedSession, settings: ProcessSettings) -> CheckedSession:
+    """Check a walk that no landmarks connect to the building by its sigma alone, if its floor's plan may place it."""
+    session, strategy = prepared.session, strategy_named(settings.strategy, settings.mapping)
+    mapped = strategy.map(session.camera, session.landmarks, prepared.landmarks)
+    if mapped.placing is None:
+        fault = plan_fault(prepared.task.floor)
+        why = "vislam2tag inspect shows what it has" if fault is None else f"the plan of its floor: {fault}"
+        raise SessionError(f"{session.key}: the session could not be mapped; it needs {strategy.needs} ({why})")
+    frame = np.flatnonzero(mapped.status == Status.OK)
+    covariance = mapped.covariance_bcs[frame]
+    labelled = mapped.sigma_m[frame] <= settings.labels.max_sigma_m
+    details: dict[str, Any] = {"frames": int(session.camera.usable.sum()), "labelled": int(labelled.sum())}
+    if (estimate := estimate_accuracy(covariance[labelled], ())) is not None:
+        details |= estimate.rounded()
+    floor = mapped.floor[frame] if len(mapped.floor) else np.full(len(frame), session.key.floor)
+    places = [_places(prepared, frame, mapped.position_bcs[frame, :2], floor)] if len(frame) else []
+    return CheckedSession(_record(prepared.task, **details), places=places)
+
+
+_FAR_NS = 1_000_000_000
+"""A scan so long before the next mapped frame was received where the walk has no position."""
+
+
+def _places(prepared: PreparedSession, at: IntArray, path: FloatArray, floor: IntArray) -> WalkPlaces:
     """Positions of a session about every metre, and at its Wi-Fi scans; ``path`` (n, 2), ``floor`` (n,)
-    of the frames that the smoother used.
+    of the mapped frames ``at`` (n,).
     """
-    time_ns = prepared.session.camera.time_ns[odometry.frame]
+    time_ns = prepared.session.camera.time_ns[at]
     _, each = np.unique(np.floor(arc_lengths(path)), return_index=True)
     heard_ns = np.unique(prepared.session.tables["wifi"]["time_ns"].to_numpy())
     heard_ns = heard_ns[(heard_ns >= time_ns[0]) & (heard_ns <= time_ns[-1])]
     frame = np.searchsorted(time_ns, heard_ns)
+    frame = frame[time_ns[frame] - heard_ns < _FAR_NS]
     return WalkPlaces(path[each], floor[each], path[frame], floor[frame])
 
 
@@ -177,17 +205,6 @@ def solved(prepared: PreparedSession, range_m: float) -> tuple[WalkObservations,
     surveyed = landmarks.surveyed_ids
     observations = bridged_observations(session.camera, session.landmarks, range_m, surveyed=surveyed)
     return observations, solve_walk(observations, LandmarkPriors.of(observations.ids, landmarks))
-
-
-def _smoothed(prepared: PreparedSession, settings: SmootherSettings) -> SolvedWalk:
-    session, range_m = prepared.session, settings.sighting_range_m
-    _, smoothed = solved(prepared, range_m)
-    if smoothed is None:
-        needs = Smoother(range_m).needs
-        raise SessionError(
-            f"{session.key}: the session could not be mapped; it needs {needs} (vislam2tag inspect shows what it has)"
-        )
-    return smoothed
 
 
 def _floors(prepared: PreparedSession, settings: HeightSettings, odometry: Odometry) -> IntArray:

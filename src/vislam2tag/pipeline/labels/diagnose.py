@@ -53,6 +53,7 @@ from vislam2tag.site.discover import session_folders
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.model import SessionKey, SessionRef, Survey
 from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.plan_costs import plan_costs
 from vislam2tag.site.walkable.space import walkable_space
 
 PATH_STEP = 15
@@ -86,6 +87,8 @@ class DiagnosedSession:
     """The scans and the way in the frame of the passes."""
     fixes: int = 0
     """Known positions of a session without poses that could be compared with its others."""
+    on_plan: bool = False
+    """Whether no landmarks connect it to the building, but the plan of its floor may place it."""
     landmark_map: ReducedSession | None = None
     """Its landmarks in its own frame; None if they cannot be joined with other sessions."""
 
@@ -133,6 +136,7 @@ def _observed(settings: ProcessSettings, task: SessionTask) -> DiagnosedSession:
         signs=stream_signs(whole.session),
         share=share,
         heard=_heard(session, observations.odometry),
+        on_plan=smoothed is None and plan_costs(task.floor) is not None,
         landmark_map=_landmark_map(settings, prepared),
     )
 
@@ -238,6 +242,7 @@ def diagnose(
         version=__version__,
         sessions=len(sessions),
         left_aside=len(chosen) - len(refs),
+        on_plan=sum(session.on_plan for session in sessions),
         failed=failed,
         faults=_with_gains(survey, settings, refs, faults, shares),
         judgement=judgement_of(evidence, len(sessions), len(failed), len(faults), fixes),
@@ -261,7 +266,7 @@ def _walkable_floors(survey: Survey) -> dict[int, Inside]:
     found: dict[int, Inside] = {}
     for floor in survey.site.floors:
         if floor.plan is not None:
-            with suppress(SurveyError, MissingExtraError):
+            with suppress(SurveyError, MissingExtraError, ModuleNotFoundError):
                 from vislam2tag.site.walkable.painted_cells import floor_mask
 
                 found[floor.number] = walkable_space(floor_plan(floor), mask=floor_mask(floor)).inside

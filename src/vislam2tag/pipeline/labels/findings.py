@@ -10,12 +10,13 @@ from vislam2tag.common.findings import Finding, Severity, counted, finding_if
 from vislam2tag.core.limits import MAX_SOLVER_BLOCKS
 from vislam2tag.core.status import Contradiction, Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
-from vislam2tag.estimation.settings import MIN_JUDGED
+from vislam2tag.estimation.settings import BY_LANDMARKS, MIN_JUDGED, ON_PLAN
 from vislam2tag.estimation.strategy import surveyed_rows
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.placing_findings import placing_findings
 from vislam2tag.sessions.prepared import PreparedSession
+from vislam2tag.site.walkable.plan_costs import plan_fault
 
 
 def walk_findings(
@@ -28,6 +29,7 @@ def walk_findings(
     return [
         *prepared.findings(),
         *mapping_findings(prepared, walk.trajectory, settings.mapping.visit_radius_m, walk.needs),
+        *_unusable_plan(prepared, walk.trajectory, settings.strategy),
         *of_truth,
         *pose_lag_findings(prepared.session.camera.pose_lag_s, settings),
     ]
@@ -86,6 +88,19 @@ def _too_few(camera: CameraTrack, trajectory: Trajectory, needs: str) -> list[Fi
         "Pass more landmarks more closely, or survey more of those seen"
     )
     return [Finding(kind="too_few_landmarks", file="", count=1, severity=Severity.ERROR, message=message)]
+
+
+def _unusable_plan(prepared: PreparedSession, trajectory: Trajectory, strategy: str) -> list[Finding]:
+    """Why the plan of its floor could not place a walk, if the strategy would have needed it."""
+    camera = prepared.session.camera
+    mapped = (trajectory.status[camera.usable] != Status.NO_MAPPING).any()
+    needed = strategy == ON_PLAN or (strategy == BY_LANDMARKS and not mapped)
+    if not camera.plans or trajectory.placing is not None or not needed:
+        return []
+    if (fault := plan_fault(prepared.task.floor)) is None:
+        return []
+    message = f"the plan of floor {prepared.task.floor.number} cannot place the walk: {fault}"
+    return [Finding(kind="unusable_plan", file="", count=1, message=message)]
 
 
 def _contradiction(found: Contradiction, landmarks: Landmarks) -> Finding:

@@ -39,7 +39,7 @@ from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
 from vislam2tag.sessions.session_landmarks import ambiguous_landmarks
 from vislam2tag.site.model import SessionRef
 from vislam2tag.site.walkable.drawn_cells import drawing_mark
-from vislam2tag.site.walkable.plan_costs import plan_mark
+from vislam2tag.site.walkable.plan_costs import plan_fault, plan_mark
 
 _Made = TypeVar("_Made")
 _NOWHERE = OutputFolder(Path())
@@ -305,6 +305,8 @@ def _fingerprint(job: SessionJob, hashes: dict[str, str], done: SessionResult) -
         parts["from_outside"] = True
     if _depends_on_plans(job.settings.strategy, done):
         parts["plans"] = [[floor.number, plan_mark(floor)] for floor in task.site.floors]
+    if any(finding.kind == "unusable_plan" for finding in done.findings):  # until its extra is installed
+        parts["plan_fault"] = plan_fault(task.floor)
     if task.told is not None:
         parts["told"] = [task.told.ids, task.told.floor.tolist()]
     digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode())

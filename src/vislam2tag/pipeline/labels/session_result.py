@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -278,14 +279,15 @@ def session_result(prepared: PreparedSession, walk: LabelledWalk, settings: Proc
     task, session, trajectory = prepared.task, prepared.session, walk.trajectory
     own = task.floor.number
     errors, truth_findings = error_record(task.ref.folder, trajectory, session.presses_ns, task.floor, settings.truth)
+    findings = walk_findings(prepared, walk, settings, truth_findings)
     drawings = draw(own, session.camera, session.landmarks, prepared.landmarks, trajectory, walk.readings["wifi"])
     result = result_of(
         task,
         settings.strategy,
         fingerprint="",
-        error=_mapping_error(session, trajectory, walk.needs),
+        error=_mapping_error(session, trajectory, walk.needs, findings),
         files=[FileAccount(**vars(record)) for record in session.files],
-        findings=walk_findings(prepared, walk, settings, truth_findings),
+        findings=findings,
         pose_lag_s=session.camera.pose_lag_s,
         **walk_statistics(session.camera, trajectory, settings.labels.max_gap_s),
         readings={name: counts_by_label(status_codes(table)) for name, table in walk.readings.items()},
@@ -321,11 +323,12 @@ def result_of(task: SessionTask, strategy: str, **details: Any) -> SessionResult
     )
 
 
-def _mapping_error(session: Session, trajectory: Trajectory, needs: str) -> str | None:
+def _mapping_error(session: Session, trajectory: Trajectory, needs: str, findings: Sequence[Finding]) -> str | None:
     """Why no frame could be mapped; None if at least a part of the session was mapped."""
     usable = trajectory.status[session.camera.usable]
     if len(usable) == 0:
         return f"{session.key}: no usable camera frame; see its findings"
     if (usable == Status.NO_MAPPING).all():
-        return f"{session.key}: the session could not be mapped: it needs {needs}; see its findings"
+        faults = [finding.message for finding in findings if finding.kind == "unusable_plan"]
+        return f"{session.key}: the session could not be mapped: it needs {needs}; {(*faults, 'see its findings')[0]}"
     return None

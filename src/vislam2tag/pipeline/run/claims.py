@@ -257,6 +257,16 @@ def _of_other_settings(result: SessionResult, now: dict[str, object]) -> bool:
     return result.strategy != now["strategy"] or result.parts.get("settings", key_of(now)) != key_of(now)
 
 
+def kept_together(out: Path, settings: ProcessSettings) -> ProcessSettings:
+    """The settings, with ``together`` if ``out`` contains labels of this strategy that were mapped together."""
+    try:
+        before = dict(_run_of(out)["settings"])
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return settings
+    together = settings.together or (bool(before.get("together")) and before.get("strategy") == settings.strategy)
+    return settings.model_copy(update={"together": together})
+
+
 def _run_of(out: Path) -> Any:
     """The record of the run that wrote an output folder, None without one; raises ValueError for a damaged one."""
     output = OutputFolder(out)

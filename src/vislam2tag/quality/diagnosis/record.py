@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from vislam2tag.common.files.toml_file import toml_value
-from vislam2tag.common.findings import NOT_RUN, Judgement
+from vislam2tag.common.findings import NOT_RUN, Answer, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.estimation.landmark_survey.comparison import Verdict
 
@@ -168,12 +168,19 @@ class Diagnosis(Record):
     """How many were not."""
     landmarks: str = ""
     """How many the survey has, by what is known of them: ``9 landmarks: 4 measured, 5 planned``."""
+    on_plan: int = 0
+    """Sessions without landmarks that connect them to the building, on floors with a plan that may place them."""
     failed: list[str] = []
     faults: list[Fault] = []
     judgement: Judgement = NOT_RUN
     """Whether the walks could show faults at all: an empty list of faults is not an answer."""
     references: References = References()
     """Every surveyed place, and what every walk saw of it, against all others."""
+
+    @property
+    def needs_landmarks(self) -> bool:
+        """Whether nothing could be judged only because no walk is mapped by landmarks; the rest was checked."""
+        return self.judgement.answer is Answer.NOT_JUDGED and 0 < self.on_plan == self.sessions
 
     @property
     def correctable(self) -> bool:

@@ -7,7 +7,7 @@ import json
 from functools import lru_cache, partial
 from pathlib import Path
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import SurveyError, missing_extra
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import PlanOfFloor
 from vislam2tag.core.wall_costs import FINE_M, WallCosts
@@ -16,8 +16,8 @@ from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import file_mark, plan_at_hand
 
-_costs: dict[str, WallCosts | None] = {}
-"""What was read in this process, by its mark: the sessions of a building share it."""
+_costs: dict[str, WallCosts | str] = {}
+"""What was read in this process, or why it cannot be used, by its mark: the sessions of a building share it."""
 
 
 def plans_of(floors: tuple[Floor, ...]) -> tuple[PlanOfFloor, ...]:
@@ -58,9 +58,22 @@ def plan_costs(floor: Floor) -> WallCosts | None:
     Closed-off rooms count as walkable, because a drawn door may look like a wall. Raises StoreError if the plan is in a
     store and cannot be fetched as it was when the survey was opened.
     """
+    read = _read(floor)
+    return read if isinstance(read, WallCosts) else None
+
+
+def plan_fault(floor: Floor) -> str | None:
+    """Why walks cannot be placed on a floor's plan, a clause; None if they can, or it has none. Raises StoreError, as
+    :func:`plan_costs`.
+    """
+    read = _read(floor)
+    return read if isinstance(read, str) else None
+
+
+def _read(floor: Floor) -> WallCosts | str | None:
     mark = plan_mark(floor)
     if mark is None:
-        return None
+        return None if floor.plan is None else f"{floor.plan.name} cannot be opened"
     if mark not in _costs:
         with plan_at_hand(floor) as here:
             try:
@@ -68,7 +81,11 @@ def plan_costs(floor: Floor) -> WallCosts | None:
                 from vislam2tag.site.walkable.space import free_cells
 
                 free, grid, _ = free_cells(floor_plan(here), WalkableSettings(cell_m=FINE_M), floor_mask(here))
-                _costs[mark] = WallCosts.of(WalkableArea(free, grid.origin_m, grid.cell_m)) if free.any() else None
-            except (SurveyError, ModuleNotFoundError):  # images and drawings need an extra
-                _costs[mark] = None
+                area = WalkableArea(free, grid.origin_m, grid.cell_m)
+                _costs[mark] = WallCosts.of(area) if free.any() else "it shows no walkable space"
+            except SurveyError as error:
+                _costs[mark] = str(error).replace(str(here.plan), here.plan.name if here.plan else "")
+            except ModuleNotFoundError as error:  # images and drawings need an extra
+                lacks = missing_extra(error)
+                _costs[mark] = str(error) if lacks is None else f"this {lacks}"
     return _costs[mark]
