@@ -287,6 +287,7 @@ class SessionResult(Record):
     files: list[FileAccount] = []
     findings: list[Finding] = []
     start_ns: int | None = None
+    """Time of its first frame, from which moments count in corrections; None if no frame is usable."""
     duration_s: float = 0.0
     distance_m: float = 0.0
     """Length of the walk: mapped where mapped, raw elsewhere, metres."""
