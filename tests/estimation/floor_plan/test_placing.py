@@ -30,10 +30,12 @@ from vislam2tag.core.wall_costs import FINE_M, WallCosts
 from vislam2tag.estimation.floor_plan import placing as placing_module
 from vislam2tag.estimation.floor_plan.acceptance import WalkFit
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, PossiblePlaces
-from vislam2tag.estimation.floor_plan.placing import Mirror, PlacedWalk, asked_stretch, place_walk
-from vislam2tag.estimation.floor_plan.posterior import BestPose
+from vislam2tag.estimation.floor_plan.placing import Mirror, PlacedWalk, _scale, asked_stretch, place_walk
+from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
+from vislam2tag.estimation.floor_plan.posterior import BestPose, walk_posterior
 from vislam2tag.estimation.floor_plan.samples import PossiblePath
 from vislam2tag.estimation.floor_plan.stretches import stretches_of
+from vislam2tag.estimation.odometry import Odometry
 
 TURN_RAD = 0.7
 TRUTH = along(OFFICE_ROUTE)
@@ -307,3 +309,32 @@ def test_a_landmark_that_the_mirror_image_also_saw_is_no_evidence_against_it() -
     found = place_walk(odometry_of(path), plans_with(costs), 0, [seen])
     assert found is not None
     assert found.placing.mirror == pytest.approx(0, abs=0.5)
+
+
+NARROW = area_of(
+    [(1, 1, 41, 1.9), (40.1, 1, 41, 16), (26, 15.1, 41, 16), (26, 1, 26.9, 16), (1, 1, 1.9, 9), (1, 8.1, 13, 9)],
+    (42, 17),
+)
+"""Narrow corridors, in which a walk fits only at its own size."""
+LONG_WALK = odometry_of(
+    in_own_frame(
+        along((12 + 8.55j, 1.45 + 8.55j, 1.45 + 1.45j, 40.55 + 1.45j, 40.55 + 15.55j, 26.45 + 15.55j, 26.45 + 1.45j)),
+        TURN_RAD,
+    )
+)
+
+
+def scale_on(costs: WallCosts, odometry: Odometry) -> float:
+    """Size of a plan by a walk."""
+    return _scale(walk_posterior(PoseGrid(costs), stretches_of(odometry), {}), odometry, [])
+
+
+@pytest.mark.parametrize("scale", [0.98, 1.0, 1.02])
+def test_a_long_walk_shows_the_size_of_its_plan(scale: float) -> None:
+    plan = WallCosts.of(WalkableArea(NARROW.mask, (0.0, 0.0), scale * FINE_M))
+    assert scale_on(plan, LONG_WALK) == pytest.approx(scale, abs=0.006)
+
+
+def test_a_walk_that_fits_at_several_sizes_does_not_show_it() -> None:
+    plan = WallCosts.of(WalkableArea(area_of(OFFICE, OFFICE_SIZE).mask, (0.0, 0.0), 1.02 * FINE_M))
+    assert scale_on(plan, WALK) == 1

@@ -195,7 +195,7 @@ def _question(known: Sequence[PlacedSession], joint: JointCandidates | None) -> 
     settled = max(round(max(gains)), 1)
     message = (
         f"the plan does not place {counted(len(open_walks), 'walk')} with certainty. One known place settles {settled}"
-        f": say where session {best.key} was at {seconds // 60}:{seconds % 60:02d}, by a click on the plan in the studio "
-        f"or by set_tap in corrections.toml (at_s = {seconds})"
+        f": say where session {best.key} was at {seconds // 60}:{seconds % 60:02d}, by a click on the plan in the "
+        f"studio or by set_tap in corrections.toml (at_s = {seconds})"
     )
     return [Finding(kind="one_place_helps", file="", count=settled, message=message)]
