@@ -119,7 +119,7 @@ def make_result(ref: SessionRef, seed: int = 0, points: int = 300) -> SessionRes
 
 
 def unplaced(reason: str = "ambiguous") -> PlacingRecord:
-    """A walk that the plan of its floor does not place; a tap at 2:10 of a walk from START_NS would help."""
+    """A walk that the plan does not place. Unless it fits nowhere, a tap at 2:10 of a walk from START_NS would help."""
     moments = [START_NS, START_NS + 200_000_000_000]
     paths = ((0.6, [(0.0, 1.0), (4.0, 1.0)]), (0.38, [(9.0, 2.0), (9.0, 6.0)]), (0.015, [(5.0, 5.0), (6.0, 6.0)]))
     return PlacingRecord(
@@ -131,7 +131,7 @@ def unplaced(reason: str = "ambiguous") -> PlacingRecord:
         exchanged=7.0,
         time_ns=moments,
         candidates=[CandidatePath(weight=weight, points=points) for weight, points in paths],
-        best_tap_ns=START_NS + 130_000_000_000,
+        best_tap_ns=None if reason == "fits_nowhere" else START_NS + 130_000_000_000,
     )
 
 

@@ -84,7 +84,8 @@ STATUS_STYLES: dict[str, StatusStyle] = {
             "fits nowhere",
             "#6e016b",
             "dashdot",
-            "The walk would have to go through walls wherever it is put on the plan.",
+            "The walk goes through walls wherever it is put on the plan, or fits as well with a wrong turn in its "
+            "middle.",
         ),
         _style(
             Status.FITS_MIRROR,

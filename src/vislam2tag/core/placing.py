@@ -45,7 +45,7 @@ class Placing:
     compass_rad: float | None = None
     """``enu_R_continuous`` by the rotation vector: minus a candidate's ``turn_rad`` it shows north; None if unknown."""
     best_tap: int | None = None
-    """Frame of the camera track at which a known place would help most; None if none is needed."""
+    """Frame of the camera track at which a known place would help most; None if none helps or is needed."""
     scale: float = float("nan")
     """Size of the plan by the walk: 1.02 means that the plan is 2 % too large; NaN if unknown."""
     scale_sigma: float = float("nan")

@@ -253,7 +253,7 @@ class PlacingRecord(Record):
     candidates: list[CandidatePath] = []
     """The most probable first; empty if all of the walk is certain."""
     best_tap_ns: int | None = None
-    """When a tap on the plan would help most; None if none is needed."""
+    """When a tap on the plan would help most; None if none helps or is needed."""
 
     @property
     def refused(self) -> bool:
@@ -262,9 +262,7 @@ class PlacingRecord(Record):
 
     def best_tap_s(self, start_ns: int) -> float | None:
         """When a tap would help most, seconds since the walk's first frame; None if none helps or is needed."""
-        if self.best_tap_ns is None or self.reason == Status.FITS_NOWHERE.label:
-            return None
-        return round((self.best_tap_ns - start_ns) * 1e-9, 2)
+        return None if self.best_tap_ns is None else round((self.best_tap_ns - start_ns) * 1e-9, 2)
 
 
 class SessionResult(Record):
@@ -289,6 +287,7 @@ class SessionResult(Record):
     files: list[FileAccount] = []
     findings: list[Finding] = []
     start_ns: int | None = None
+    """Time of its first frame, from which moments count in corrections; None if no frame is usable."""
     duration_s: float = 0.0
     distance_m: float = 0.0
     """Length of the walk: mapped where mapped, raw elsewhere, metres."""

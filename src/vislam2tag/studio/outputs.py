@@ -132,8 +132,7 @@ class Output:
 def start_ns_of(result: SessionResult, table: pl.DataFrame) -> int:
     """Time of the walk's first frame, which is the origin of times in corrections.
 
-    The result contains the first frame that is not excluded. If corrections exclude invalid frames at the start, the
-    table's first frame counts.
+    Results of older versions contain the first frame that is not excluded; then the table's first frame counts.
     """
     first = int(table["time_ns"][0]) if len(table) else 0
     return min(first, result.start_ns) if result.start_ns is not None else first

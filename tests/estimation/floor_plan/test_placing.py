@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,9 +28,14 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.core.wall_costs import FINE_M, WallCosts
 from vislam2tag.estimation.floor_plan import placing as placing_module
+from vislam2tag.estimation.floor_plan.acceptance import WalkFit
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, PossiblePlaces
-from vislam2tag.estimation.floor_plan.placing import Mirror, PlacedWalk, place_walk
+from vislam2tag.estimation.floor_plan.placing import Mirror, PlacedWalk, _scale, asked_stretch, place_walk
+from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
+from vislam2tag.estimation.floor_plan.posterior import BestPose, walk_posterior
+from vislam2tag.estimation.floor_plan.samples import PossiblePath
 from vislam2tag.estimation.floor_plan.stretches import stretches_of
+from vislam2tag.estimation.odometry import Odometry
 
 TURN_RAD = 0.7
 TRUTH = along(OFFICE_ROUTE)
@@ -104,6 +110,7 @@ def test_a_mirrored_plan_is_refused_and_the_mirror_image_fits_better() -> None:
     assert set(found.status) == {Status.FITS_MIRROR}
     assert found.placing.reason is Status.FITS_MIRROR
     assert found.placing.mirror < -10
+    assert found.placing.best_tap is None, "the plan is wrong"
 
 
 def test_a_plan_with_rooms_missing_fits_nowhere() -> None:
@@ -163,6 +170,48 @@ def test_a_plan_of_two_floors_alike_is_refused() -> None:
     ((number, nats),) = found.placing.floors
     assert (number, nats) == pytest.approx((5, 0), abs=0.05)
     assert set(found.status) == {Status.FITS_OTHER_FLOOR}
+    assert len(found.placing.candidates) == 1
+    tap = found.placing.best_tap
+    assert tap is not None
+    settled = place_walk(WALK, alike, 4, [KnownPlace(tap, complex(TRUTH[tap]), 0.7)])
+    assert settled is not None
+    assert set(settled.status) == {Status.OK}
+    assert settled.placing.best_tap is None
+
+
+GOOD = WalkFit(misfit=0.1, mirror=12.0, exchanged=8.0, floors={}, open_share=0.01, way_m=150.0)
+PATH = PossiblePath(1.0, np.arange(6) * 10 + 0j, np.zeros(6), np.ones(6))
+OTHER = replace(PATH, place=PATH.place + 20 * (np.arange(6) == 5))
+OK, VAGUE, WALLS = Status.OK, Status.AMBIGUOUS, Status.FITS_NOWHERE
+
+
+def asked(fit: WalkFit, paths: Sequence[PossiblePath], *status: Status, mass: float = 1.0) -> int | None:
+    """The stretch at which a walk is asked for its place; the second one has a wider posterior than others."""
+    best = [BestPose(0j, 0.0, 1.0, np.eye(2) * (0.1 + 0.3 * (number == 1)), 0.0) for number in range(len(status))]
+    best[4] = replace(best[4], mass=mass)
+    return asked_stretch(fit, np.array(status, dtype=np.int8), best, paths)
+
+
+def test_a_tap_is_asked_for_in_the_longest_part_without_a_place() -> None:
+    assert asked(GOOD, [PATH], VAGUE, OK, VAGUE, VAGUE, VAGUE, OK) == 3
+    assert asked(GOOD, [PATH], VAGUE, OK, OK, OK, VAGUE, VAGUE) == 5
+    assert asked(GOOD, [PATH], VAGUE, OK, WALLS, WALLS, WALLS, OK) == 0
+    assert asked(GOOD, [PATH, OTHER], VAGUE, OK, OK, OK, OK, OK) == 5, "where its paths are apart"
+
+
+def test_a_tap_is_asked_for_where_a_refused_walk_is_least_certain() -> None:
+    for changes, reason in (({"mirror": 2.0}, Status.FITS_MIRROR), ({"exchanged": 0.5}, WALLS)):
+        refused = replace(GOOD, **changes)
+        assert asked(refused, [PATH], *[reason] * 6) == 1
+        assert asked(refused, [PATH], *[reason] * 6, mass=0.6) == 4
+
+
+def test_no_tap_is_asked_for_where_none_helps() -> None:
+    for paths in ([PATH], [PATH, OTHER]):
+        assert asked(GOOD, paths, *[OK] * 6) is None
+        assert asked(GOOD, paths, OK, WALLS, OK, OK, OK, OK) is None
+        assert asked(replace(GOOD, misfit=0.3), paths, *[WALLS] * 6) is None
+        assert asked(replace(GOOD, mirror=-6.0), paths, *[Status.FITS_MIRROR] * 6) is None
 
 
 def test_a_known_place_says_which_floor_it_is() -> None:
@@ -260,3 +309,32 @@ def test_a_landmark_that_the_mirror_image_also_saw_is_no_evidence_against_it() -
     found = place_walk(odometry_of(path), plans_with(costs), 0, [seen])
     assert found is not None
     assert found.placing.mirror == pytest.approx(0, abs=0.5)
+
+
+NARROW = area_of(
+    [(1, 1, 41, 1.9), (40.1, 1, 41, 16), (26, 15.1, 41, 16), (26, 1, 26.9, 16), (1, 1, 1.9, 9), (1, 8.1, 13, 9)],
+    (42, 17),
+)
+"""Narrow corridors, in which a walk fits only at its own size."""
+LONG_WALK = odometry_of(
+    in_own_frame(
+        along((12 + 8.55j, 1.45 + 8.55j, 1.45 + 1.45j, 40.55 + 1.45j, 40.55 + 15.55j, 26.45 + 15.55j, 26.45 + 1.45j)),
+        TURN_RAD,
+    )
+)
+
+
+def scale_on(costs: WallCosts, odometry: Odometry) -> float:
+    """Size of a plan by a walk."""
+    return _scale(walk_posterior(PoseGrid(costs), stretches_of(odometry), {}), odometry, [])
+
+
+@pytest.mark.parametrize("scale", [0.98, 1.0, 1.02])
+def test_a_long_walk_shows_the_size_of_its_plan(scale: float) -> None:
+    plan = WallCosts.of(WalkableArea(NARROW.mask, (0.0, 0.0), scale * FINE_M))
+    assert scale_on(plan, LONG_WALK) == pytest.approx(scale, abs=0.006)
+
+
+def test_a_walk_that_fits_at_several_sizes_does_not_show_it() -> None:
+    plan = WallCosts.of(WalkableArea(area_of(OFFICE, OFFICE_SIZE).mask, (0.0, 0.0), 1.02 * FINE_M))
+    assert scale_on(plan, WALK) == 1

@@ -45,6 +45,7 @@ from vislam2tag.pipeline.labels.session_result import (
     scan_statistics,
     sigma_statistics,
     visit_marks,
+    walk_statistics,
 )
 from vislam2tag.pipeline.run.selection import Selection
 from vislam2tag.quality.evaluation.truth import CONTROL_POINTS
@@ -69,6 +70,15 @@ def test_the_length_is_that_on_the_floor_where_it_is_mapped_and_the_trackers_els
     camera, trajectory = walk(np.arange(8.0), [OK] * 4 + [LOST] * 4)
     trajectory.position_bcs[:4, 0] *= 1.1
     assert distance_m(camera, trajectory) == pytest.approx(3 * 1.1 + 4)
+
+
+def test_a_walk_starts_at_its_first_frame_as_moments_of_corrections_do() -> None:
+    camera, trajectory = walk(np.arange(4.0), [INVALID, INVALID, OK, OK])
+    excluded = replace(camera, status=trajectory.status)
+    found = walk_statistics(excluded, trajectory, 2.0)
+    assert (found["start_ns"], found["duration_s"]) == (camera.time_ns[0], 1.0)
+    nothing = replace(camera, status=np.full(4, INVALID, dtype=np.int8))
+    assert walk_statistics(nothing, trajectory, 2.0)["start_ns"] is None
 
 
 def test_how_sure_the_mapped_frames_are() -> None:

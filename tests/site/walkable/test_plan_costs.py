@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.site.plans import drawn_floor
 from tests.site.walkable.hand_made import CORRIDOR, HEIGHT_M, MARGIN_M, WIDTH_M, plan, walls
 from tests.stores import Bucket
 from vislam2tag.common.errors import StoreError
@@ -23,6 +24,7 @@ from vislam2tag.site.model import ControlPoints, Floor
 from vislam2tag.site.plans.source import Extent, PlanSource
 from vislam2tag.site.stored_survey import survey_at_hand
 from vislam2tag.site.walkable import plan_costs as module
+from vislam2tag.site.walkable.drawn_cells import drawing_mark
 from vislam2tag.site.walkable.painted_cells import GREEN, RED
 from vislam2tag.site.walkable.plan_costs import plan_costs, plan_fault, plan_mark, plans_of
 
@@ -220,6 +222,25 @@ def test_a_plan_of_the_same_size_and_time_is_noticed(image: Floor, in_place: boo
     os.utime(written, ns=(time_ns, time_ns))
     written.replace(image.plan)
     assert plan_mark(image) != before
+
+
+def test_a_folder_is_a_plan_that_changes_with_its_files(tmp_path: Path) -> None:
+    """An unpacked IMDF archive, one file of which is written over with its size and times kept."""
+    archive = drawn_floor.imdf(tmp_path)
+    floor = drawn_floor.floor_with(archive, {"level": "L0"}, drawn_floor.HERE)
+    marks = [plan_mark(floor), drawing_mark(floor)]
+    costs = plan_costs(floor)
+    assert costs is not None
+    unit = archive / "unit.geojson"
+    time_ns = unit.stat().st_mtime_ns
+    unit.write_bytes(unit.read_bytes().replace(b'"column"', b'"kiosk!"'))
+    os.utime(unit, ns=(time_ns, time_ns))
+    marks += [plan_mark(floor), drawing_mark(floor)]
+    assert plan_costs(floor) is not costs
+    (archive / "opening.geojson").rename(archive / "fixture.geojson")
+    marks += [plan_mark(floor), drawing_mark(floor)]
+    assert None not in marks
+    assert len(set(marks)) == 6
 
 
 def test_a_plan_is_hashed_once_for_many_sessions(image: Floor, monkeypatch: pytest.MonkeyPatch) -> None:

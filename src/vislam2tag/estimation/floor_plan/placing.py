@@ -16,11 +16,12 @@ from vislam2tag.core.placing import Candidate, Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.transforms import as_points
 from vislam2tag.core.wall_costs import on_common_cells
-from vislam2tag.estimation.floor_plan.acceptance import WalkFit, judged, misfit_of
+from vislam2tag.estimation.floor_plan.acceptance import MIRRORED_NATS, MOST_MISFIT, WalkFit, judged, misfit_of
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, evidence_of
 from vislam2tag.estimation.floor_plan.local_poses import LOCAL_LENGTH_M, LocalPoses, local_poses
 from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
 from vislam2tag.estimation.floor_plan.posterior import (
+    AROUND_M,
     NOTHING,
     OF_DECOYS,
     BestPose,
@@ -262,7 +263,8 @@ def _placing(
     share = np.linspace(0, 1, 2 * POINTS_OF_STRETCH + 1)[1::2]
     frames = np.array([one.first + share * (one.last - one.first) for one in walk.stretches]).round().astype(np.int64)
     away = odometry.path[frames] - np.array([[one.middle] for one in walk.stretches])
-    tap = walk.stretches[telling_stretch(paths)] if len(paths) > 1 else None
+    asked = asked_stretch(fit, status, best, paths)
+    tap = None if asked is None else walk.stretches[asked]
     return Placing(
         way_m=fit.way_m,
         misfit=fit.misfit,
@@ -275,6 +277,26 @@ def _placing(
         candidates=tuple(_candidate(path, away) for path in paths),
         best_tap=None if tap is None else int(odometry.frame[(tap.first + tap.last) // 2]),
     )
+
+
+def asked_stretch(
+    fit: WalkFit, status: StatusArray, best: Sequence[BestPose], paths: Sequence[PossiblePath]
+) -> int | None:
+    """Number of the stretch at which a known place helps most; None if none helps.
+
+    With one path, that is the middle of the longest part without a place. If no part has one, it is the stretch whose
+    place is the least certain. A known place cures neither walls across the path nor a wrong plan.
+    """
+    if fit.misfit > MOST_MISFIT or fit.mirror < -MIRRORED_NATS:
+        return None
+    fine = (Status.OK, Status.FITS_NOWHERE) if fit.refusal() is Status.OK else (Status.OK,)
+    unsure = ~np.isin(status, fine)
+    if len(paths) > 1 and unsure.any():
+        return telling_stretch(paths)
+    if unsure.all():
+        return int(np.argmax([np.trace(one.covariance_m2) + (1 - one.mass) * AROUND_M**2 for one in best]))
+    runs = np.flatnonzero(np.diff(unsure, prepend=False, append=False)).reshape(-1, 2)
+    return int(runs[np.argmax(runs[:, 1] - runs[:, 0])].sum()) // 2 if len(runs) else None
 
 
 def _candidate(path: PossiblePath, away: ComplexArray) -> Candidate:

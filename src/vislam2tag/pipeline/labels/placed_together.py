@@ -181,8 +181,11 @@ def _question(known: Sequence[PlacedSession], joint: JointCandidates | None) -> 
     """The one known place that would settle most walks; none if all are certain."""
     if joint is None:
         return []
-    open_walks = [axis for axis in range(joint.weight.ndim) if joint.marginal(axis).max() < CERTAIN]
-    asked = [axis for axis in open_walks if known[int(joint.walks[axis])].ask_ns is not None]
+    asks = [known[row].ask_ns for row in joint.walks.tolist()]
+    # No other walk settles one that has only one path and is refused, in part or wholly.
+    refused = [ask is not None and prior.max() >= CERTAIN for ask, prior in zip(asks, joint.prior, strict=True)]
+    open_walks = [axis for axis, always in enumerate(refused) if always or joint.marginal(axis).max() < CERTAIN]
+    asked = [axis for axis in open_walks if asks[axis] is not None]
     if not asked:
         return []
     gains = [joint.settled_by(axis) for axis in asked]
@@ -191,8 +194,8 @@ def _question(known: Sequence[PlacedSession], joint: JointCandidates | None) -> 
     seconds = round((best.ask_ns - best.start_ns) * 1e-9)
     settled = max(round(max(gains)), 1)
     message = (
-        f"the places of {counted(len(open_walks), 'walk')} are not certain. One known place settles {settled} of them: "
-        f"say where session {best.key} was at {seconds // 60}:{seconds % 60:02d}, by a click on the plan in the studio "
-        f"or by set_tap in corrections.toml (at_s = {seconds})"
+        f"the plan does not place {counted(len(open_walks), 'walk')} with certainty. One known place settles {settled}"
+        f": say where session {best.key} was at {seconds // 60}:{seconds % 60:02d}, by a click on the plan in the "
+        f"studio or by set_tap in corrections.toml (at_s = {seconds})"
     )
     return [Finding(kind="one_place_helps", file="", count=settled, message=message)]

@@ -58,10 +58,9 @@ from vislam2tag.site.model import Floor
 
 def walk_statistics(camera: CameraTrack, trajectory: Trajectory, max_gap_s: float) -> dict[str, Any]:
     """Duration, length, frame rate and frames by status, under their names in a session's result."""
-    time_ns = camera.time_ns[camera.usable]
     rate_hz = camera.frame_rate_hz
     return {
-        "start_ns": int(time_ns[0]) if len(time_ns) else None,
+        "start_ns": int(camera.time_ns[0]) if camera.usable.any() else None,
         "duration_s": round(camera.duration_s, 3),
         "distance_m": round(distance_m(camera, trajectory), 2),
         "frame_rate_hz": None if rate_hz is None else round(rate_hz, 3),

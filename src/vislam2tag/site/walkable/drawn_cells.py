@@ -177,5 +177,8 @@ def _fetched(stored: StoredFile, scratch: Folder) -> Path:
 
 
 def file_mark(path: Path) -> str:
-    """SHA-256 of a file; raises OSError if it cannot be read."""
+    """SHA-256 of a file, or of the files in a folder (unpacked IMDF); raises OSError if one cannot be read."""
+    if path.is_dir():
+        marks = {one.name: file_mark(one) for one in path.iterdir() if one.is_file()}
+        return hashlib.sha256(json.dumps(marks, sort_keys=True).encode()).hexdigest()
     return hashlib.sha256(read_bytes(path)).hexdigest()

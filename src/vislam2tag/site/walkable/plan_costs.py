@@ -39,9 +39,11 @@ def plan_mark(floor: Floor) -> str | None:
 
 
 def _mark_of(path: Path | None, stored: StoredFile | None) -> str | None:
-    """SHA-256 of a file's content; None if there is no file. Raises OSError if it cannot be read."""
+    """SHA-256 of a file or folder; None if there is none. Raises OSError if it cannot be read."""
     if path is None or stored is not None:
         return None if stored is None else stored.sha256
+    if path.is_dir():  # its own times do not show that a file in it was changed
+        return file_mark(path)
     status = path.stat()
     return _hashed(path, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
 
