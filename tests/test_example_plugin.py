@@ -60,7 +60,7 @@ def test_help_and_errors_name_what_is_installed(tmp_path: Path) -> None:
     assert "first-sighting" in re.sub(r"-\n +", "-", vislam2tag("process", "--help").stdout)
     assert "points-csv" in re.sub(r"-\n +", "-", vislam2tag("export", "--help").stdout)
     message = the_error(vislam2tag("process", tmp_path, "--out", tmp_path / "out", "--strategy", "nonsense"))
-    assert "first-sighting, global" in message
+    assert "first-sighting, floor-plan" in message
 
 
 def test_python_has_it() -> None:

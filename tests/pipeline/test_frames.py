@@ -21,10 +21,10 @@ SOURCE = str(Path(vislam2tag.__file__).parent)
 def test_few_frames_lead_from_process_to_the_odometry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found: list[list[str]] = []
 
-    def noted(camera: CameraTrack, log: LandmarkLog) -> Odometry:
+    def noted(camera: CameraTrack, log: LandmarkLog, *, turned_as_camera: bool = False) -> Odometry:
         frames = (frame for frame in traceback.extract_stack() if frame.filename.startswith(SOURCE))
         found.append([f"{Path(frame.filename).name}: {frame.name}" for frame in frames])
-        return continuous_odometry(camera, log)
+        return continuous_odometry(camera, log, turned_as_camera=turned_as_camera)
 
     for module in list(sys.modules.values()):
         if getattr(module, "continuous_odometry", None) is continuous_odometry and module.__name__ != __name__:

@@ -120,7 +120,9 @@ def _furniture(blocked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     disc = np.hypot(*np.mgrid[-radius : radius + 1, -radius : radius + 1]) <= radius + 0.3
     filled = blocked | _small_parts(~blocked, 0.0)  # closed outlines
     thick = _small_parts(np.asarray(binary_opening(filled, disc)), 0.0)
-    return blocked & (_small_parts(blocked, LINE_M) | np.asarray(binary_dilation(thick, np.ones((3, 3)))))
+    return blocked & (
+        _small_parts(blocked, LINE_M) | np.asarray(binary_dilation(thick, np.ones((3, 3), dtype=np.bool_)))
+    )
 
 
 def _small_parts(mask: npt.NDArray[np.bool_], longest_line_m: float) -> npt.NDArray[np.bool_]:
