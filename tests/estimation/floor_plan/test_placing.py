@@ -93,6 +93,7 @@ def test_a_walk_that_fits_two_places_has_two_candidates_and_a_best_tap(in_twins:
         found = as_complex(one.position_bcs)
         shift = TWIN if found[0].real > TWIN else 0.0
         assert np.abs(found - TRUTH[list(placing.frame)] - shift).max() < 3
+        assert np.median(np.abs(np.diff(found))) < 1.6, "no corner is cut"
     assert placing.best_tap in placing.frame
 
 
