@@ -45,7 +45,7 @@ def test_only_clear_preferences_count_and_none_of_the_paths_is_always_possible()
     np.testing.assert_allclose(alike.prior, [0.4, 0.4, 0.2])
     assert not alike.certain
     clear = walk(0.9, 0.1).prior
-    assert clear[0] / clear[1] == pytest.approx(9 / np.e)
+    assert clear[0] / clear[1] == pytest.approx(9 / np.exp(1))
     assert clear[2] == NONE_SHARE
     assert clear.sum() == pytest.approx(1)
 

@@ -128,7 +128,7 @@ def result_with(tmp_path: Path, **changes: object) -> SessionResult:
 
 def test_there_is_a_trace_for_every_layer(tmp_path: Path) -> None:
     layers = {trace["meta"] for trace in session_traces()}
-    assert layers == {BAND, RAW, PATHS, WIFI, VISITS, *STATUS_LABELS, *map(event_layer, EventKind)}
+    assert layers == {BAND, RAW, *PATHS, WIFI, VISITS, *STATUS_LABELS, *map(event_layer, EventKind)}
     assert set(session_part(result_with(tmp_path))["layers"]) <= layers - {BAND}
 
 
@@ -204,16 +204,23 @@ def test_each_floor_has_its_own_share_of_a_walk(tmp_path: Path) -> None:
 
 def test_possible_paths_are_drawn_apart_with_their_weights_on_the_own_floor(tmp_path: Path) -> None:
     result = result_with(tmp_path, placing=unplaced(), elsewhere={2: Drawing()}, device="A&B")
-    columns = session_part(result)["layers"][PATHS]
-    assert columns["x"] == [0.0, 4.0, None, 9.0, 9.0]
-    assert columns["y"] == [1.0, 1.0, None, 2.0, 6.0]
-    assert [text.partition(": ")[2] for text in columns["hover"]] == [
-        *["possible path 1 of 2, 60 % probable"] * 2,
-        *["possible path 2 of 2, 38 % probable"] * 3,
-    ]
-    assert columns["hover"][0].startswith("A&amp;B / ")
-    assert PATHS not in session_part(result, 2)["layers"]
-    assert PATHS not in session_part(result_with(tmp_path))["layers"]
+    layers = session_part(result)["layers"]
+    first, second = (layers[layer] for layer in PATHS if layer in layers)
+    assert (first["x"], first["y"]) == ([0.0, 4.0], [1.0, 1.0])
+    assert (second["x"], second["y"]) == ([9.0, 9.0], [2.0, 6.0])
+    assert [text.partition(": ")[2] for text in first["hover"]] == ["possible path 1 of 2, 60 % probable"] * 2
+    assert [text.partition(": ")[2] for text in second["hover"]] == ["possible path 2 of 2, 38 % probable"] * 2
+    assert first["hover"][0].startswith("A&amp;B / ")
+    assert not set(PATHS) & session_part(result, 2)["layers"].keys()
+    assert not set(PATHS) & session_part(result_with(tmp_path))["layers"].keys()
+
+
+def test_possible_paths_differ_and_the_most_probable_one_is_the_widest() -> None:
+    lines = [trace["line"] for trace in session_traces() if trace["meta"] in PATHS]
+    assert len({line["color"] for line in lines}) == len(lines) == len(PATHS)
+    widths = [line["width"] for line in lines]
+    assert widths[0] > widths[1] > widths[2]
+    assert widths == sorted(widths, reverse=True)
 
 
 def test_failed_session_draws_nothing(tmp_path: Path) -> None:

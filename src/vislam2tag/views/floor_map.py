@@ -45,7 +45,7 @@ from vislam2tag.views.page import data_uri
 if TYPE_CHECKING:  # SciPy, which the report of a run does without
     from vislam2tag.site.walkable.walked import WalkedFloor
 
-RAW, WIFI, VISITS, BAND, PATHS = "raw", "wifi", "visits", "band", "paths"
+RAW, WIFI, VISITS, BAND = "raw", "wifi", "visits", "band"
 """Layers besides those named by a status or kind of event; the page computes the band from the mapped layers."""
 
 _POINT_HOVER = "%{hovertext}<br>x %{x:.2f} m, y %{y:.2f} m"
@@ -55,6 +55,13 @@ _JPEG_QUALITY = 80
 _MARGIN_M = 1.0
 _MIN_WEIGHT = 0.02
 """Less probable paths are not drawn."""
+_PATH_LOOKS = (
+    *(("#0072b2", "solid", 2.5), ("#e69f00", "dash", 2.0), ("#009e73", "dot", 1.6), ("#d55e00", "dashdot", 1.4)),
+    *(("#cc79a7", "solid", 1.2), ("#56b4e9", "dash", 1.2), ("#9a6200", "dot", 1.2), ("#6e7781", "dashdot", 1.2)),
+)
+"""Colour, dash and width of the possible paths, the most probable first, as in the studio."""
+PATHS = tuple(f"path_{rank}" for rank in range(1, len(_PATH_LOOKS) + 1))
+"""Layers of the possible paths."""
 
 
 def session_traces() -> list[Trace]:
@@ -71,7 +78,10 @@ def session_traces() -> list[Trace]:
     return [
         scatter("lines", "95 % region", fill="toself", **band),
         _layer("lines", RAW, "raw path (aligned)", line={"color": "#8a8a8a", "dash": "solid", "width": 1}),
-        _layer("lines", PATHS, "possible path", line={"color": "#8c6bb1", "dash": "dot", "width": 1.2}),
+        *(
+            _layer("lines", layer, f"possible path {rank}", line={"color": colour, "dash": dash, "width": width})
+            for rank, (layer, (colour, dash, width)) in enumerate(zip(PATHS, _PATH_LOOKS, strict=True), start=1)
+        ),
         *(_status_line(label, width=2.5) for label in discarded),
         _status_line(Status.OK.label, width=2),
         _status_line(Status.UNCERTAIN.label, width=3.5),
@@ -98,7 +108,7 @@ def session_part(result: SessionResult, floor: int | None = None) -> dict[str, A
     stretches = (*drawing.mapped, *drawing.discarded)
     layers: dict[str, Columns] = {RAW: _points(drawing.raw), WIFI: _points(drawing.wifi)}
     if floor is None and result.placing is not None:
-        layers[PATHS] = _possible_paths(result.placing, f"{result.device} / {result.session}")
+        layers |= _possible_paths(result.placing, f"{result.device} / {result.session}")
     for status in dict.fromkeys(stretch.status for stretch in stretches):
         layers[status] = _joined(stretch for stretch in stretches if stretch.status == status)
     for layer, (x, y), text in _marks(result, floor):
@@ -143,18 +153,16 @@ def _joined(stretches: Iterable[Stretch]) -> Columns:
     return columns
 
 
-def _possible_paths(placing: PlacingRecord, name: str) -> Columns:
-    """The paths that a walk may have taken, one after the other, apart."""
-    columns: Columns = {"x": [], "y": [], "hover": []}
-    paths = [path for path in placing.candidates if path.weight >= _MIN_WEIGHT]
-    for rank, path in enumerate(paths, start=1):
-        gap: list[Any] = [None] * bool(columns["x"])
-        points = _points(path.points)
-        text = plotly_text(f"{name}: possible path {rank} of {len(paths)}, {100 * path.weight:.0f} % probable")
-        columns["x"] += gap + points["x"]
-        columns["y"] += gap + points["y"]
-        columns["hover"] += [text] * (len(gap) + len(path.points))
-    return columns
+def _possible_paths(placing: PlacingRecord, name: str) -> dict[str, Columns]:
+    """The paths that a walk may have taken, a layer each."""
+    paths = [path for path in placing.candidates if path.weight >= _MIN_WEIGHT][: len(PATHS)]
+    texts = (
+        f"possible path {rank} of {len(paths)}, {100 * one.weight:.0f} % probable" for rank, one in enumerate(paths, 1)
+    )
+    return {
+        layer: _points(path.points) | {"hover": [plotly_text(f"{name}: {text}")] * len(path.points)}
+        for layer, path, text in zip(PATHS, paths, texts, strict=False)
+    }
 
 
 def _marks(result: SessionResult, floor: int | None) -> Iterator[tuple[str, tuple[float, float], str]]:

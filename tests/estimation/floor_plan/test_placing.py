@@ -93,6 +93,7 @@ def test_a_walk_that_fits_two_places_has_two_candidates_and_a_best_tap(in_twins:
         found = as_complex(one.position_bcs)
         shift = TWIN if found[0].real > TWIN else 0.0
         assert np.abs(found - TRUTH[list(placing.frame)] - shift).max() < 3
+        assert np.median(np.abs(np.diff(found))) < 1.6, "no corner is cut"
     assert placing.best_tap in placing.frame
 
 
@@ -180,7 +181,7 @@ def test_a_plan_of_two_floors_alike_is_refused() -> None:
 
 
 GOOD = WalkFit(misfit=0.1, mirror=12.0, exchanged=8.0, floors={}, open_share=0.01, way_m=150.0)
-PATH = PossiblePath(1.0, np.arange(6) * 10 + 0j, np.zeros(6), np.ones(6))
+PATH = PossiblePath(1.0, np.arange(6, dtype=np.complex128) * 10, np.zeros(6), np.ones(6))
 OTHER = replace(PATH, place=PATH.place + 20 * (np.arange(6) == 5))
 OK, VAGUE, WALLS = Status.OK, Status.AMBIGUOUS, Status.FITS_NOWHERE
 
@@ -201,7 +202,7 @@ def test_a_tap_is_asked_for_in_the_longest_part_without_a_place() -> None:
 
 def test_a_tap_is_asked_for_where_a_refused_walk_is_least_certain() -> None:
     for changes, reason in (({"mirror": 2.0}, Status.FITS_MIRROR), ({"exchanged": 0.5}, WALLS)):
-        refused = replace(GOOD, **changes)
+        refused = replace(GOOD, **changes)  # type: ignore[arg-type]
         assert asked(refused, [PATH], *[reason] * 6) == 1
         assert asked(refused, [PATH], *[reason] * 6, mass=0.6) == 4
 

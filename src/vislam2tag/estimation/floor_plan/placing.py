@@ -47,8 +47,8 @@ MOST_POSES = 3_000_000
 """If more poses are possible at first, the plan is too open (a hall of about 60 m x 60 m)."""
 AHEAD_POINTS = 10
 """So many points show the heading of a stretch, 2 m."""
-POINTS_OF_STRETCH = 3
-"""So many points of each stretch are kept of a candidate, about 4 m apart."""
+POINTS_OF_STRETCH = 9
+"""So many points of each stretch are kept of a candidate, its middle and others about 1.3 m apart: no corner is cut."""
 MOST_CANDIDATES = 12
 """Paths that are shown."""
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.context import FixLog
 from vislam2tag.core.placing import Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
@@ -28,6 +29,7 @@ LEAST_SCALE_ERROR, SCALE_SIGMAS = 0.008, 3.0
 LEAST_SHOWN = 0.01
 """Less probable paths are not counted."""
 LIKELY = 0.1
+NO_FIXES = FixLog(np.empty(0, dtype=np.int64), np.empty((0, 2)), ())
 FAR_M, FAR_SIGMAS = 1.0, 3.0
 """A known place disagrees if it is farther than both together from all paths of the probability :data:`LIKELY`."""
 
@@ -113,9 +115,8 @@ def _fits_nowhere(placing: Placing, number: int) -> str:
         return f"this part goes through walls of the plan of floor {number}"
     better = math.floor(10 * placing.exchanged) / 10
     return (
-        f"the plan of floor {number} fits it about as well with left and right exchanged from its middle on, as if its "
-        f"tracker had reported a wrong turn there (the walk fits better by {better:.1f} nats; at least "
-        f"{LEAST_EXCHANGED_NATS:g} is required)"
+        f"the plan of floor {number} fits it about as well with left and right exchanged from its middle on (the "
+        f"walk fits better by {better:.1f} nats; at least {LEAST_EXCHANGED_NATS:g} is required)"
     )
 
 
@@ -177,8 +178,8 @@ def _disagreeing(placing: Placing, trajectory: Trajectory, prepared: PreparedSes
 
 def _known_places(trajectory: Trajectory, prepared: PreparedSession) -> Iterator[tuple[str, int, FloatArray, float]]:
     """Name, moment and position of what is known, and how far from it the walk may be."""
-    fixes, landmarks = prepared.session.camera.fixes, prepared.landmarks
-    for row, time_ns in enumerate([] if fixes is None else fixes.time_ns.tolist()):
+    fixes, landmarks = prepared.session.camera.fixes or NO_FIXES, prepared.landmarks
+    for row, time_ns in enumerate(fixes.time_ns.tolist()):
         seconds = _since_start_s(trajectory, time_ns)
         words = f"the tap at {int(seconds) // 60}:{int(seconds) % 60:02d} (at_s = {seconds:.1f})"
         sigma_m = TAP_SIGMA_M if fixes.sigma_m is None or np.isnan(fixes.sigma_m[row]) else fixes.sigma_m[row]
