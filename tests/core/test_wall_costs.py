@@ -17,6 +17,7 @@ from vislam2tag.core.wall_costs import (
     POSITION_M,
     REACH_M,
     WallCosts,
+    on_common_cells,
 )
 
 ORIGIN_M = (3.0, -2.0)
@@ -72,6 +73,34 @@ def test_a_small_piece_of_a_wall_is_no_furniture() -> None:
     area = room()
     area.mask[10:20, 30:33] = False  # from the lower wall on
     assert at(WallCosts.of(area), 3.15, 1.5) == OUTSIDE_NATS_M
+
+
+@pytest.mark.parametrize(("deep_m", "share"), [(0.8, FURNITURE_SHARE), (0.2, 1.0)])
+def test_what_is_thicker_than_a_wall_may_be_furniture_at_a_wall(deep_m: float, share: float) -> None:
+    area = WalkableArea(np.ones((80, 100), dtype=np.bool_), ORIGIN_M, FINE_M)
+    area.mask[40:42] = False
+    area.mask[42 : 42 + round(deep_m / FINE_M), 30:45] = False
+    costs = WallCosts.of(area)
+    assert at(costs, 3.75, 4.35) == pytest.approx(share * OUTSIDE_NATS_M)
+    assert at(costs, 2.75, 4.15) == OUTSIDE_NATS_M
+
+
+@pytest.mark.parametrize(("long_m", "share"), [(0.9, FURNITURE_SHARE), (1.5, 1.0)])
+def test_a_line_that_stands_free_is_the_rest_of_a_wall(long_m: float, share: float) -> None:
+    area = room()
+    area.mask[30:32, 35 : 35 + round(long_m / FINE_M)] = False
+    assert at(WallCosts.of(area), 3.85, 3.05) == pytest.approx(share * OUTSIDE_NATS_M)
+
+
+def test_floors_come_on_common_cells() -> None:
+    own = WallCosts.of(room())
+    other = WallCosts(np.zeros((30, 20), dtype=np.float32), (ORIGIN_M[0] - 1.0, ORIGIN_M[1] + 7.0))
+    common = on_common_cells({0: own, 3: other})
+    assert {one.cost.shape for one in common.values()} == {(100, 110)}
+    assert {one.origin_m for one in common.values()} == {(ORIGIN_M[0] - 1.0, ORIGIN_M[1])}
+    np.testing.assert_array_equal(common[0].cost[:80, 10:], own.cost)
+    np.testing.assert_array_equal(common[3].cost[70:, :20], 0)
+    assert common[3].cost.sum() == OUTSIDE_NATS_M * (100 * 110 - 600)
 
 
 def test_beside_furniture_and_a_wall_the_wall_counts() -> None:

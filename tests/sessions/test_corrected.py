@@ -24,6 +24,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.corrections.edits import corrections_of
 from vislam2tag.site.corrections.file import Corrections, SetTap, read_corrections
+from vislam2tag.site.model import SessionKey
 
 
 @pytest.fixture
@@ -269,6 +270,14 @@ def labels(survey: Path, folder: Path) -> np.ndarray:
 def test_half_a_place_is_refused() -> None:
     with pytest.raises(SurveyError, match="give both x and y"):
         corrections_of('[[set_tap]]\nsession = "a"\nat_s = 1.0\nx = 2.0\n')
+
+
+def test_a_tap_needs_a_session_or_a_floor() -> None:
+    with pytest.raises(SurveyError, match="give a session, or a floor"):
+        corrections_of("[[set_tap]]\nat_s = 0.0\nx = 2.0\ny = 3.0\n")
+    (entry,) = corrections_of("[[set_tap]]\nfloor = 1\nat_s = 0.0\nx = 2.0\ny = 3.0\n").set_tap
+    walks = [SessionKey(floor, device, "a") for floor in (0, 1) for device in ("LG", "OnePlus")]
+    assert [entry.applies(walk) for walk in walks] == [False, False, True, True]
 
 
 def test_other_taps_keep_their_sigma() -> None:

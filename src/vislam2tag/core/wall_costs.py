@@ -29,7 +29,7 @@ AT_WALL_NATS_M, NEAR_WALL_M = 6.0, 0.25
 """... and at a wall, which falls to 0 at this distance from it."""
 FURNITURE_M, FURNITURE_SHARE = 2.5, 0.1
 """Obstacles that fit into a square of this side cost only this share ..."""
-THICK_M, LINE_M = 0.4, 1.0
+THICK_M, LINE_M = 0.5, 1.0
 """... if they are thicker than walls usually are, or are no straight lines longer than this, which may be walls whose
 rest is not drawn.
 """
@@ -116,7 +116,7 @@ def _furniture(blocked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """Blocked cells (rows, columns) of small obstacles, those that touch walls included."""
     from scipy.ndimage import binary_dilation, binary_opening
 
-    radius = round(THICK_M / 2 / FINE_M)
+    radius = int(THICK_M / 2 / FINE_M)
     disc = np.hypot(*np.mgrid[-radius : radius + 1, -radius : radius + 1]) <= radius + 0.3
     filled = blocked | _small_parts(~blocked, 0.0)  # closed outlines
     thick = _small_parts(np.asarray(binary_opening(filled, disc)), 0.0)

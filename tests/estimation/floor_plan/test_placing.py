@@ -22,6 +22,7 @@ from tests.estimation.floor_plan.plans import (
     twins,
     with_gap,
 )
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.core.context import PlanOfFloor
 from vislam2tag.core.status import Status
@@ -34,7 +35,7 @@ from vislam2tag.estimation.floor_plan.placing import Mirror, PlacedWalk, _scale,
 from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
 from vislam2tag.estimation.floor_plan.posterior import BestPose, walk_posterior
 from vislam2tag.estimation.floor_plan.samples import PossiblePath
-from vislam2tag.estimation.floor_plan.stretches import stretches_of
+from vislam2tag.estimation.floor_plan.stretches import BETWEEN_FLOORS, stretches_of
 from vislam2tag.estimation.odometry import Odometry
 
 TURN_RAD = 0.7
@@ -104,6 +105,51 @@ def test_one_tap_settles_which_place_it_was(in_twins: PlacedWalk, shift: float) 
     found = placed(twins(), KnownPlace(frame, TRUTH[frame] + shift, 0.7))
     assert set(found.status) == {Status.OK}
     assert errors_m(found, shift).max() < 0.25
+
+
+UPSTAIRS = 8
+"""From this corner of the route on the walk is on the floor above, which has other rooms."""
+LOWER = WallCosts.of(area_of(OFFICE[:6], OFFICE_SIZE))
+UPPER = WallCosts.of(area_of((*OFFICE[:2], *OFFICE[6:], (0, 0, 0, 0)), OFFICE_SIZE))
+
+
+def over_two_floors(floor: IntArray | None, plans: dict[int, WallCosts | None]) -> PlacedWalk | None:
+    return place_walk(
+        WALK, tuple(PlanOfFloor(number, lambda one=one: one) for number, one in plans.items()), 1, (), floor
+    )
+
+
+def floors_of_the_walk() -> IntArray:
+    """The stairs, of which a plan shows little, are the last two metres before."""
+    change = int(np.argmin(np.abs(TRUTH - OFFICE_ROUTE[UPSTAIRS])))
+    floor = np.where(np.arange(len(TRUTH)) < change, 1, 2)
+    floor[change - 20 : change] = BETWEEN_FLOORS
+    return floor
+
+
+def test_each_floor_that_a_walk_leads_to_has_its_own_plan() -> None:
+    found = over_two_floors(floors_of_the_walk(), {1: LOWER, 2: UPPER})
+    assert found is not None
+    assert {one.floor for one in found.walk.stretches} == {1, 2}
+    assert set(found.status) == {Status.OK}
+    assert errors_m(found).max() < 0.25
+    assert found.placing.floors == ()
+    alone = over_two_floors(None, {1: LOWER, 2: UPPER})
+    assert alone is not None
+    assert Status.OK not in alone.status
+
+
+def test_a_walk_over_floors_competes_with_the_same_walk_from_another_floor() -> None:
+    found = over_two_floors(floors_of_the_walk(), {0: UPPER, 1: LOWER, 2: UPPER, 3: LOWER})
+    assert found is not None
+    assert set(found.status) == {Status.OK}
+    assert [number for number, _ in found.placing.floors] == [0, 2]
+    assert min(nats for _, nats in found.placing.floors) > 5
+
+
+def test_a_floor_without_plan_leaves_a_walk_to_it_unplaced() -> None:
+    assert over_two_floors(floors_of_the_walk(), {1: LOWER}) is None
+    assert over_two_floors(floors_of_the_walk(), {1: LOWER, 2: None}) is None
 
 
 def test_a_mirrored_plan_is_refused_and_the_mirror_image_fits_better() -> None:
@@ -327,7 +373,7 @@ LONG_WALK = odometry_of(
 
 def scale_on(costs: WallCosts, odometry: Odometry) -> float:
     """Size of a plan by a walk."""
-    return _scale(walk_posterior(PoseGrid(costs), stretches_of(odometry), {}), odometry, [])
+    return _scale(walk_posterior(PoseGrid(costs), stretches_of(odometry), {}), odometry, [], stretches_of)
 
 
 @pytest.mark.parametrize("scale", [0.98, 1.0, 1.02])

@@ -224,3 +224,14 @@ def test_unusable_frames_keep_their_own_status(walk: SimulatedWalk) -> None:
     found = mapped(tapped(camera, 600, complex(walk.truth[600])))
     assert found.status[398:405].tolist() == [0, 0, *[Status.INVALID] * 3, 0, 0]
     assert np.isnan(found.position_bcs[400:403]).all()
+
+
+def test_a_walk_that_takes_the_lift_is_laid_over_the_plans_of_both_floors() -> None:
+    settings = BuildingSettings(width_m=46, height_m=27)
+    scenario = regular_survey(11, "default", (0, 1), ("LG",), 1, 150.0, settings, climb=Climb.LIFT, pressure=True)
+    tour, log = walk_and_track(scenario, scenario.sessions[0])
+    costs = {
+        floor.number: WallCosts.of(WalkableArea(free_of(floor), (0.0, 0.0), FINE_M)) for floor in scenario.building.floors
+    }
+    plans = tuple(PlanOfFloor(number, lambda one=one: one) for number, one in costs.items())
+    print(tour, log)

@@ -39,7 +39,7 @@ from vislam2tag.estimation.odometry import Odometry
 
 ENOUGH_NATS = 7.0
 """A decoy whose evidence is lower by more than this is not followed further."""
-SCALE_STEP, MOST_STEPS, LEAST_CURVATURE = 0.02, 1.5, 1.0
+SCALE_STEP, MOST_STEPS, LEAST_CURVATURE = 0.02, 1.5, 2.0
 """Scales that are compared, how many steps away the best may be, and the least curvature of the evidence (nats)."""
 LEAST_SCALE_ERROR = 0.008
 """A smaller error of the plan's scale does no harm."""

@@ -205,9 +205,11 @@ class DropRepeatedScans(Correction):
 
 
 class SetTap(Correction):
-    """A walk was at this position at this time; without x and y, the tap at this time is removed."""
+    """A walk was at this position at this time; without x and y, the tap at this time is removed.
 
-    session: str
+    With a floor in place of a session all its walks were there then, such as at the entrance where they begin.
+    """
+
     at_s: Annotated[float, Field(ge=0, le=1e9)]
     """Seconds after the walk's first frame."""
     x: FiniteFloat | None = None
@@ -217,6 +219,8 @@ class SetTap(Correction):
     def _is_place(self) -> Self:
         if (self.x is None) != (self.y is None):
             raise ValueError("give both x and y, or neither")
+        if self.session is None and self.floor is None:
+            raise ValueError("give a session, or a floor if it holds for all its walks")
         return self
 
 
