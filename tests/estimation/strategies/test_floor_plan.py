@@ -15,18 +15,23 @@ from tests.estimation.floor_plan.plans import (
     another_floor,
     area_of,
     camera_with,
+    free_of,
     plans_with,
     simulated,
 )
 from tests.walks import landmarks_at, to_acs
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.core.context import FixLog
+from vislam2tag.core.context import FixLog, PlanOfFloor, Storeys
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
 from vislam2tag.core.transforms import as_complex, as_points, multiply
 from vislam2tag.core.wall_costs import FINE_M, WallCosts
 from vislam2tag.estimation.settings import ON_PLAN, MappingSettings
 from vislam2tag.estimation.strategy import strategy_named
+from vislam2tag.simulation.model import position_at
+from vislam2tag.simulation.scenario import regular_survey
+from vislam2tag.simulation.settings import BuildingSettings, Climb
+from vislam2tag.simulation.survey import walk_and_track
 
 NONE = landmarks_at({})
 SHORT_S = 45.0
@@ -226,12 +231,20 @@ def test_unusable_frames_keep_their_own_status(walk: SimulatedWalk) -> None:
     assert np.isnan(found.position_bcs[400:403]).all()
 
 
-def test_a_walk_that_takes_the_lift_is_laid_over_the_plans_of_both_floors() -> None:
-    settings = BuildingSettings(width_m=46, height_m=27)
-    scenario = regular_survey(11, "default", (0, 1), ("LG",), 1, 150.0, settings, climb=Climb.LIFT, pressure=True)
+def test_a_walk_up_the_stairs_is_laid_over_the_plans_of_both_floors() -> None:
+    scenario = regular_survey(7, "default", (0, 1), ("LG",), 1, 200.0, BuildingSettings(), climb=Climb.STAIRS)
     tour, log = walk_and_track(scenario, scenario.sessions[0])
-    costs = {
-        floor.number: WallCosts.of(WalkableArea(free_of(floor), (0.0, 0.0), FINE_M)) for floor in scenario.building.floors
-    }
-    plans = tuple(PlanOfFloor(number, lambda one=one: one) for number, one in costs.items())
-    print(tour, log)
+    floors = scenario.building.floors
+    areas = {floor.number: WalkableArea(free_of(floor), (0.0, 0.0), FINE_M) for floor in floors}
+    plans = tuple(PlanOfFloor(number, lambda area=area: WallCosts.of(area)) for number, area in areas.items())
+    status = np.zeros(len(log.time_ns), dtype=np.int8)
+    camera = CameraTrack(log.time_ns, log.position_acs, log.orientation_acs, status, plans=plans)
+    storeys = Storeys(0, np.array([0, 1]), np.array([floor.elevation_m for floor in floors]))
+    found = mapped(camera, landmarks=replace(NONE, storeys=storeys))
+    assert set(found.floor) == {0, 1}
+    assert labelled(found) > 0.65
+    off_m = np.abs(as_complex(found.position_bcs[:, :2]) - as_complex(position_at(tour, log.exposure_ns)[:, :2]))
+    assert np.nanmean(off_m) < 0.4
+    assert np.nanmax(off_m) < 1.5
+    alone = mapped(replace(camera, plans=plans[:1]), landmarks=replace(NONE, storeys=storeys))
+    assert labelled(alone) == 0

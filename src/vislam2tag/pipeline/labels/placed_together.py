@@ -14,6 +14,7 @@ import numpy as np
 from vislam2tag.common.findings import Finding, counted
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PlacingHints, PossiblePosition
+from vislam2tag.core.placing import Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.settings import MappingSettings
@@ -35,6 +36,8 @@ HINT_SIGMA_M = 2.0
 """Candidates are exact to this, per axis."""
 ROUNDED_M, ROUNDED_SHARE, ROUNDED_RAD = 0.1, 0.01, 0.05
 """Hints are rounded, so that one more session changes others only if it adds information."""
+REFUSED_TRUST = 0.5
+"""A walk that fits its plan badly, or others as well, may be elsewhere."""
 FEWEST_NORTHS = 2
 """So many certain walks show the plan's north."""
 
@@ -83,7 +86,7 @@ def _placed(strategy: str, settings: MappingSettings, task: SessionTask) -> Plac
     known = placing.compass_rad is not None and (camera.hints is None or camera.hints.north_rad is None)
     return PlacedSession(
         key,
-        weight=np.array([one.weight for one in placing.candidates]),
+        weight=_trust(placing) * np.array([one.weight for one in placing.candidates]),
         time_ns=camera.time_ns[list(placing.frame)],
         position=np.stack([one.position_bcs for one in placing.candidates]),
         north_rad=turns - placing.compass_rad if known and placing.compass_rad is not None else None,
@@ -91,6 +94,11 @@ def _placed(strategy: str, settings: MappingSettings, task: SessionTask) -> Plac
         ask_ns=None if placing.best_tap is None else int(camera.time_ns[placing.best_tap]),
         start_ns=start_ns,
     )
+
+
+def _trust(placing: Placing) -> float:
+    """Probability that a walk is at one of its candidates at all."""
+    return 1.0 if placing.reason in (Status.OK, Status.AMBIGUOUS, Status.TOO_SHORT) else REFUSED_TRUST
 
 
 def _by_landmarks(key: SessionKey, mapped: Trajectory, scans: RadioScans | None, start_ns: int) -> PlacedSession:
