@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -15,6 +16,7 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.settings import Settings
 from vislam2tag.studio.messages import TapsView
 from vislam2tag.studio.session_view import session_detail, session_list, taps
+from vislam2tag.studio.survey_view import survey_view
 from vislam2tag.studio.workspace import Workspace
 
 
@@ -44,6 +46,17 @@ def test_a_refused_walk_has_its_reason_its_paths_and_a_moment_to_tap(workspace: 
     assert weights == sorted(weights, reverse=True)
     assert 0.9 < sum(weights) <= 1.001
     assert {len(path.points) for path in placing.candidates} == {len(placing.t)}
+
+
+def test_labels_that_were_mapped_together_are_reported(workspace: Workspace, tmp_path: Path) -> None:
+    assert workspace.of_labels == ()
+    shutil.copytree(workspace.out, tmp_path / "labels")
+    run = tmp_path / "labels" / "run.json"
+    run.write_text(run.read_text().replace('"together": false', '"together": true'))
+    with closing(Workspace(workspace.root, tmp_path / "labels", Settings())) as opened:
+        finding = survey_view(opened).findings[0]
+    assert finding.kind == "mapped_together"
+    assert finding.message.endswith("run: vislam2tag process SURVEY --out LABELS --together")
 
 
 def test_a_tap_places_it(workspace: Workspace, tmp_path: Path) -> None:

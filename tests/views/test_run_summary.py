@@ -16,6 +16,7 @@ from vislam2tag.views.run_summary import (
     TOGETHER,
     LandmarkTally,
     accuracy_sentence,
+    counted_sessions,
     expected_error,
     joining_helps,
     problems,
@@ -31,7 +32,7 @@ def results(tmp_path: Path) -> list[SessionResult]:
 def test_totals_are_the_sums_over_sessions(results: list[SessionResult]) -> None:
     summary = summarise(iter(results), "local", "1.2.3")
     assert (summary.version, summary.strategy, summary.sessions, summary.failed) == ("1.2.3", "local", 8, 1)
-    assert (summary.unplaced, summary.mapped, summary.counted_sessions) == (0, 7, "8 sessions (1 failed)")
+    assert (summary.unplaced, summary.mapped, counted_sessions(summary)) == (0, 7, "8 sessions (1 failed)")
     assert summary.duration_s == pytest.approx(sum(result.duration_s for result in results), abs=1e-3)
     assert summary.distance_m == pytest.approx(sum(result.distance_m for result in results), abs=1e-3)
     for status, count in summary.frames.items():
@@ -46,7 +47,7 @@ def test_sessions_without_any_position_are_not_mapped(results: list[SessionResul
     results[0] = results[0].model_copy(update={"frames": {"too_short": 600}})
     summary = summarise(results, "smoother", "1")
     assert (summary.failed, summary.unplaced, summary.mapped) == (1, 1, 6)
-    assert summary.counted_sessions == "8 sessions (1 failed, 1 without a position)"
+    assert counted_sessions(summary) == "8 sessions (1 failed, 1 without a position)"
 
 
 def test_groups_add_up_to_the_whole(results: list[SessionResult]) -> None:

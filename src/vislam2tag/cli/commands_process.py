@@ -183,10 +183,10 @@ def _process_with_progress(given: ProcessOptions, settings: Settings, executor: 
 
 
 def _print_summary(summary: api.Summary, out: Path) -> None:
-    from vislam2tag.views.run_summary import accuracy_sentence
+    from vislam2tag.views.run_summary import accuracy_sentence, counted_sessions
 
     say(
-        f"{summary.counted_sessions}, {summary.duration_s / 60:.1f} min, {summary.distance_m:.0f} m; "
+        f"{counted_sessions(summary)}, {summary.duration_s / 60:.1f} min, {summary.distance_m:.0f} m; "
         f"frames labelled: {share_text(summary.frames)}"
     )
     for table, counts in summary.readings.items():
@@ -266,8 +266,10 @@ def run_command(
 
 
 def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
+    from vislam2tag.views.run_summary import counted_sessions
+
     labelled = share_text(made.labels.frames)
-    say(f"{made.labels.counted_sessions}; frames labelled: {labelled}")
+    say(f"{counted_sessions(made.labels)}; frames labelled: {labelled}")
     for floor in made.check.floors:
         say(f"floor {floor.number}: expected mean error {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:

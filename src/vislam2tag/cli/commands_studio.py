@@ -97,7 +97,9 @@ def studio_command(given: StudioOptions) -> None:
         )
     if given.export is not None:
         _export(given, given.export)
-    _serve(given, _opened(given))
+    workspace = _opened(given)
+    print_warnings(workspace.of_labels)
+    _serve(given, workspace)
 
 
 def _opened(given: StudioOptions) -> Workspace:

@@ -5,8 +5,6 @@ It is written last (``sessions/SLUG.json``) and so marks the session as done.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from vislam2tag.common.findings import NOT_RUN, Finding, Judgement, counted
 from vislam2tag.common.records import Record
 from vislam2tag.core.status import EventKind, Status
@@ -330,12 +328,8 @@ class SessionResult(Record):
     @property
     def unplaced(self) -> bool:
         """Whether it was read and mapped, but no frame has a position."""
-        return self.error is None and not placed_frames(self.frames)
-
-
-def placed_frames(frames: Mapping[str, int]) -> int:
-    """How many frames, counted by status, have a position, certain or not."""
-    return sum(frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
+        placed = any(self.frames.get(status.label) for status in (Status.OK, Status.UNCERTAIN))
+        return self.error is None and not placed
 
 
 WRONG_IDS = ("other_ids", "shifted_ids")
@@ -387,15 +381,9 @@ class Summary(Record):
         return self.sessions - self.failed - self.unplaced
 
     @property
-    def counted_sessions(self) -> str:
-        """The sessions, and how many of them failed or have no position."""
-        unplaced = f", {self.unplaced} without a position" if self.unplaced else ""
-        return f"{self.sessions} sessions ({self.failed} failed{unplaced})"
-
-    @property
     def frames_placed(self) -> int:
         """How many frames have a position, certain or not."""
-        return placed_frames(self.frames)
+        return sum(self.frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
 
     @property
     def problem(self) -> str | None:

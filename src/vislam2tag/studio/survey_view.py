@@ -39,7 +39,7 @@ def survey_view(workspace: Workspace) -> messages.SurveyView:
         landmarks=_landmarks(workspace),
         control_points=_control_points(workspace),
         devices=sorted({ref.key.device for ref in now.survey.sessions}),
-        findings=list(now.survey.findings),
+        findings=[*workspace.of_labels, *now.survey.findings],
         statuses=_statuses(),
         event_kinds=[seen_as(messages.EventKindView, style, kind=kind.value) for kind, style in EVENT_STYLES.items()],
         outputs=[output_view(each) for name, each in workspace.outputs.items() if name != BEFORE],

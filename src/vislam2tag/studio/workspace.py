@@ -73,6 +73,17 @@ class Snapshot:
         return tuple(dict.fromkeys((self.refs[id].slug, id)))
 
 
+def _mapped_together(labels: Output) -> tuple[Finding, ...]:
+    """Labels that the studio cannot make itself."""
+    if not labels.settings().get("together"):
+        return ()
+    message = (
+        "these labels were mapped with --together. The studio maps each walk alone, which may lose positions; after "
+        "corrections, run: vislam2tag process SURVEY --out LABELS --together"
+    )
+    return (Finding(kind="mapped_together", file="", count=1, message=message),)
+
+
 class Workspace:
     """The current survey and labels; used by several threads."""
 
@@ -97,6 +108,8 @@ class Workspace:
         self._shares = False
         self.left_out: tuple[Finding, ...] = ()
         """Names of files that :meth:`leave_out_links` skipped."""
+        self.of_labels = _mapped_together(self.outputs[LABELS])
+        """Findings about the labels as they were when the studio started."""
         self._site_stamp = self._look_at_site()
         self._content, self._content_version = corrections_text(root)
         self.now = self._snapshot(self._files(), self._content)

@@ -258,6 +258,12 @@ def expected_error(sigma: SigmaStatistics) -> tuple[float, float]:
     return mean_m, STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within)
 
 
+def counted_sessions(summary: Summary) -> str:
+    """The sessions, and how many of them failed or have no position."""
+    unplaced = f", {summary.unplaced} without a position" if summary.unplaced else ""
+    return f"{summary.sessions} sessions ({summary.failed} failed{unplaced})"
+
+
 def accuracy_sentence(summary: Summary) -> str:
     """Position errors as expected and, with ground truth, as measured; empty if neither is known."""
     sentences = []

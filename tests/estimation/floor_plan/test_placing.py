@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -114,9 +115,7 @@ UPPER = WallCosts.of(area_of((*OFFICE[:2], *OFFICE[6:], (0, 0, 0, 0)), OFFICE_SI
 
 
 def over_two_floors(floor: IntArray | None, plans: dict[int, WallCosts | None]) -> PlacedWalk | None:
-    return place_walk(
-        WALK, tuple(PlanOfFloor(number, lambda one=one: one) for number, one in plans.items()), 1, (), floor
-    )
+    return place_walk(WALK, tuple(PlanOfFloor(number, partial(plans.get, number)) for number in plans), 1, (), floor)
 
 
 def floors_of_the_walk() -> IntArray:

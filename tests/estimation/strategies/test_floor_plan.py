@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -235,8 +235,8 @@ def test_a_walk_up_the_stairs_is_laid_over_the_plans_of_both_floors() -> None:
     scenario = regular_survey(7, "default", (0, 1), ("LG",), 1, 200.0, BuildingSettings(), climb=Climb.STAIRS)
     tour, log = walk_and_track(scenario, scenario.sessions[0])
     floors = scenario.building.floors
-    areas = {floor.number: WalkableArea(free_of(floor), (0.0, 0.0), FINE_M) for floor in floors}
-    plans = tuple(PlanOfFloor(number, lambda area=area: WallCosts.of(area)) for number, area in areas.items())
+    costs = [WallCosts.of(WalkableArea(free_of(floor), (0.0, 0.0), FINE_M)) for floor in floors]
+    plans = tuple(PlanOfFloor(number, partial(costs.__getitem__, number)) for number in (0, 1))
     status = np.zeros(len(log.time_ns), dtype=np.int8)
     camera = CameraTrack(log.time_ns, log.position_acs, log.orientation_acs, status, plans=plans)
     storeys = Storeys(0, np.array([0, 1]), np.array([floor.elevation_m for floor in floors]))

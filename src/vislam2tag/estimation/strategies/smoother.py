@@ -38,7 +38,7 @@ class Smoother:
     """The strategy for sessions that no landmarks connect to the building, if their floor has a plan."""
     needs: str = (
         "sightings of two surveyed landmarks half a metre apart, or of one with a surveyed heading, or a plan of its "
-        "floor that shows the walls (a session without poses: two known positions at different places)"
+        "floor with walls (a session without poses: two known positions at different places)"
     )
 
     def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
