@@ -20,6 +20,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import TypedDict
@@ -156,6 +157,7 @@ class _WordsRemoved(ast.NodeTransformer):
         return ast.Constant("") if isinstance(node.value, str) and re.search(r"\s", node.value) else node
 
 
+@cache
 def _without_words(code: str) -> str:
     """Code whose comments, docstrings and texts of several words are gone."""
     return ast.unparse(_WordsRemoved().visit(ast.parse(code)))
@@ -174,6 +176,7 @@ def stale() -> list[str]:
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--stale"]:
-        print("\n".join(stale()) or "All figures are those of this code.")
-        sys.exit(bool(stale()))
+        outdated = stale()
+        print("\n".join(outdated) or "All figures are those of this code.")
+        sys.exit(bool(outdated))
     measure(sys.argv[1], shlex.join(sys.argv[2:]))
