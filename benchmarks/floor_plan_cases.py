@@ -241,6 +241,10 @@ class Case:
     """... and the session is filed under the floor so many further up."""
     landmarks: int = 0
     """Surveyed landmarks of the floor, spread; no others are in the log."""
+    tap: bool = False
+    """Whether the true place at the middle of the walk is known, ..."""
+    north: bool = False
+    """... and the plan's north."""
     strategy: str = OURS
     right: bool = True
     """Whether the plan is that of the walk."""
@@ -255,6 +259,8 @@ CASES = {
     "other_floor": Case(plan_of=1, own_plan_only=True, right=False),
     "wrong_floor": Case(filed=1, right=False),
     "symmetric": Case("symmetric"),
+    "symmetric_tap": Case("symmetric", tap=True),
+    "symmetric_north": Case("symmetric", north=True),
     "scale_plus_2": Case(size=(1.02, 1.02)),
     "stretched": Case(size=(1.02, 0.99)),
     "ink_10": Case(drawn=ink_missing),

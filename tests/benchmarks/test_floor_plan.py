@@ -53,7 +53,7 @@ def test_one_hall_is_enough_and_cases_of_a_survey_share_its_walks() -> None:
 
 def test_a_row_has_no_errors_of_a_wrong_plan() -> None:
     cells = ["2", "20", "50.0%", "0.20", "0.40", "10", "2", "0", "60.0%", "90.0%", "4.00", "40.0", "> 4096"]
-    walks = [FOUND, replace(FOUND, smoother_s=np.nan, memory_mb=np.inf)]
+    walks = [FOUND, replace(FOUND, memory_mb=np.inf)]
     assert row(walks, right=True).split(" | ") == cells
     cells[3:5] = cells[8:10] = ["-", "-"]
     assert row(walks, right=False).split(" | ") == cells

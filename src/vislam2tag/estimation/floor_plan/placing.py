@@ -45,6 +45,10 @@ LEAST_SCALE_ERROR = 0.008
 """A smaller error of the plan's scale does no harm."""
 MOST_POSES = 3_000_000
 """If more poses are possible at first, the plan is too open (a hall of about 60 m x 60 m)."""
+MOST_APART_M = 0.5
+"""The path and a stretch's own place on the plan differ by more than this only if the tracker erred; usually by 0.1 to
+0.3 m.
+"""
 AHEAD_POINTS = 10
 """So many points show the heading of a stretch, 2 m."""
 POINTS_OF_STRETCH = 9
@@ -81,6 +85,23 @@ class PlacedWalk:
         following = np.minimum(after + 1, len(first) - 1)
         beside = np.where(self.status[after.clip(0)] != Status.OK, self.status[after.clip(0)], self.status[following])
         return np.where(inside, self.status[after.clip(0)], beside).astype(np.int8)
+
+    def without_contradictions(self, found: ComplexArray, path: ComplexArray) -> PlacedWalk:
+        """The same, if the path that was ``found`` (n,), BCS, is not where the certain stretches are by their shape.
+
+        Such stretches contain faults of the tracker that it does not report. ``path`` (n,) is that of the odometry.
+        """
+        status = self.status.copy()
+        for number, (stretch, pose) in enumerate(zip(self.walk.stretches, self.best, strict=True)):
+            frames = slice(stretch.first, stretch.last + 1)
+            expected = pose.place + np.exp(1j * pose.yaw_rad) * (path[frames] - stretch.middle)
+            apart_m = float(np.sqrt(np.mean(np.abs(found[frames] - expected) ** 2)))
+            if apart_m > MOST_APART_M and status[number] == Status.OK:
+                status[number] = Status.FITS_NOWHERE
+        placing = replace(self.placing, labelled_share=float(np.mean(status == Status.OK)))
+        if not placing.labelled_share:
+            placing = replace(placing, reason=Status.FITS_NOWHERE)
+        return replace(self, status=status, placing=placing)
 
 
 def place_walk(

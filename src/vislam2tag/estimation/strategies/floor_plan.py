@@ -10,6 +10,7 @@ from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray, StatusArr
 from vislam2tag.core.placing import Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog, Landmarks, Trajectory
+from vislam2tag.core.transforms import as_complex
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.floor_plan.compass import compass_turn_rad
 from vislam2tag.estimation.floor_plan.facts import facts_of
@@ -20,7 +21,7 @@ from vislam2tag.estimation.heights import between_floors, estimate_heights
 from vislam2tag.estimation.landmark_priors import LandmarkPriors
 from vislam2tag.estimation.observations import FEWEST_FRAMES, WalkObservations
 from vislam2tag.estimation.settings import ON_PLAN
-from vislam2tag.estimation.smoother import SolvedWalk, first_problem, solve_about_places
+from vislam2tag.estimation.smoother import SolvedWalk, first_problem, mapped_path, solve_about_places
 from vislam2tag.estimation.strategies.smoother import Smoother, smoother_of, visits_of
 from vislam2tag.estimation.strategy import TrajectoryBuilder, register
 
@@ -60,12 +61,14 @@ class FloorPlan:
             if mapped_by_landmarks:
                 return replace(self.smoother.map(camera, log, landmarks), placing=placed.placing)
             return _refused(camera, observations, placed)
-        solved = _solved(camera, observations.scaled(placed.scale), priors, placed.local)
+        observations = observations.scaled(placed.scale)
+        solved = _solved(camera, observations, priors, placed.local)
         mapped = self.smoother.mapped(solved, camera, log, landmarks)
-        placing = _with_scale(placed, solved)
         if mapped_by_landmarks:
-            return replace(mapped, placing=placing)
-        return _without(mapped, placed.frame_status(len(observations.odometry.frame)), observations, placing)
+            return replace(mapped, placing=_with_scale(placed, solved))
+        placed = placed.without_contradictions(as_complex(mapped_path(solved)[0]), observations.odometry.path)
+        status = placed.frame_status(len(observations.odometry.frame))
+        return _without(mapped, status, observations, _with_scale(placed, solved))
 
     def _floors(
         self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, observations: WalkObservations
@@ -73,7 +76,7 @@ class FloorPlan:
         """Number (n,) of the floor of each frame, by height; None if the walk stays on its own one."""
         odometry = observations.odometry
         heights = estimate_heights(camera, log, landmarks, self.smoother.heights, odometry)
-        if not len(heights.floor) or (heights.floor[odometry.frame] == camera.own_floor).all():
+        if not len(heights.floor) or not np.ptp(heights.floor[odometry.frame]):
             return None
         return np.where(between_floors(camera, log, odometry), BETWEEN_FLOORS, heights.floor[odometry.frame])
 

@@ -112,7 +112,7 @@ def _fits_nowhere(placing: Placing, number: int) -> str:
             "reported a wrong turn"
         )
     if placing.reason is Status.OK:
-        return f"this part goes through walls of the plan of floor {number}"
+        return f"this part goes through walls of the plan of floor {number}, or its tracker erred here unnoticed"
     better = math.floor(10 * placing.exchanged) / 10
     return (
         f"the plan of floor {number} fits it about as well with left and right exchanged from its middle on (the "
@@ -208,6 +208,7 @@ def _scale(placing: Placing) -> list[Finding]:
         return []
     message = (
         f"the plan is {100 * abs(off):.1f} % too {'large' if off > 0 else 'small'} by the way walked (one standard "
-        f"deviation {100 * placing.scale_sigma:.1f} %): check its size in metres. Labels are in the plan's metres"
+        f"deviation {100 * placing.scale_sigma:.1f} %). If most walks say so, check its size in metres; one tracker "
+        "alone may err as much. Labels are in the plan's metres"
     )
     return [Finding(kind="plan_scale", file="", count=1, message=message)]
