@@ -91,10 +91,10 @@ dist: docs
 	$(BIN)/python -m build --quiet --no-isolation --outdir dist .
 	$(BIN)/python -m build --quiet --no-isolation --wheel --outdir dist docs-wheel
 
-# Each installs in an empty environment, and runs the demonstration from an empty folder.
-INSTALLS := install-wheel install-wheel-with-extras install-sdist
+# Each installs in an empty environment, and runs the demonstration from an empty folder; the source distribution without
+# extras.
+INSTALLS := install-wheel-with-extras install-sdist
 .PHONY: $(INSTALLS)
-install-wheel: FILE = dist/vislam2tag-[0-9]*.whl
 install-wheel-with-extras: FILE = dist/vislam2tag-[0-9]*.whl
 install-wheel-with-extras: EXTRAS = [all,docs]
 install-sdist: FILE = dist/*.tar.gz

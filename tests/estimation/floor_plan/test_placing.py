@@ -108,6 +108,22 @@ def test_one_tap_settles_which_place_it_was(in_twins: PlacedWalk, shift: float) 
     assert errors_m(found, shift).max() < 0.25
 
 
+def test_a_stretch_whose_path_is_elsewhere_is_no_longer_certain(in_office: PlacedWalk) -> None:
+    second = in_office.walk.stretches[1]
+    moved = TRUTH.copy()
+    moved[second.first : second.last + 1] += 0.6
+    agreed = in_office.without_contradictions(TRUTH, WALK.path)
+    assert set(agreed.status) == {Status.OK}
+    found = in_office.without_contradictions(moved, WALK.path)
+    expected = [Status.OK] * len(found.status)
+    expected[1] = Status.FITS_NOWHERE
+    assert found.status.tolist() == expected
+    assert found.placing.labelled_share == pytest.approx(1 - 1 / len(expected))
+    assert found.placing.reason is Status.OK
+    nowhere = in_office.without_contradictions(TRUTH + 0.6, WALK.path)
+    assert (nowhere.placing.labelled_share, nowhere.placing.reason) == (0, Status.FITS_NOWHERE)
+
+
 UPSTAIRS = 8
 """From this corner of the route on the walk is on the floor above, which has other rooms."""
 LOWER = WallCosts.of(area_of(OFFICE[:6], OFFICE_SIZE))
