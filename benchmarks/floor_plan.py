@@ -121,7 +121,7 @@ def main() -> None:
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES), metavar="NAME", help="default: all")
     parser.add_argument("--seeds", type=int, default=700, help="the first")
     parser.add_argument("--count", type=int, default=30, help="how many buildings")
-    parser.add_argument("--walks", type=int, default=8, help="most walks in a building")
+    parser.add_argument("--walks", type=int, default=8, help="most walks in a building of the simulator")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     parts = (*CODE, *(f"src/vislam2tag/{name}" for name in PACKAGES))
@@ -156,7 +156,7 @@ def jobs(cases: Iterable[str], seeds: Sequence[int], walks: int, code: str = "")
         for rank, seed in enumerate(seeds)
         for name, survey in SURVEYS.items()
         if of[name] and rank < survey.buildings
-        for number in range(min(walks, survey.walks))
+        for number in range(survey.walks if survey.made is not None else min(walks, survey.walks))
     ]
 
 
@@ -177,9 +177,6 @@ def measured(job: Job) -> list[Found]:
         prepared = prepared_session(SessionTask(ref, survey.site, Corrections()))
         session, landmarks = prepared.session, prepared.landmarks
         walk = Walk(job.walk, session.camera, session.landmarks, landmarks, read_truth(ref.folder / TRUTH_FILE))
-        start = time.process_time()
-        process(root, Path(folder) / "labels", jobs=1)
-        smoother_s = time.process_time() - start
         found = []
         for name in job.cases:
             floors = [
@@ -190,10 +187,13 @@ def measured(job: Job) -> list[Found]:
             trajectory, seconds = timed(CASES[name].strategy, given)
             most_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
             memory_mb = np.inf if trajectory is None else most_mb
-            about = partial(Found, name, job.walk, job.code, seconds, smoother_s, memory_mb)
+            about = partial(Found, name, job.walk, job.code, seconds, np.nan, memory_mb)
             nothing = TrajectoryBuilder.blank(given.camera, Status.NO_MAPPING).finish(given.camera, (), ())
             found.append(about(**compared(CASES[name], given, trajectory or nothing)))
-        return found
+        start = time.process_time()
+        process(root, Path(folder) / "labels", jobs=1)
+        smoother_s = time.process_time() - start
+        return [replace(one, smoother_s=smoother_s) for one in found]
 
 
 def drawn_floor(case: Case, floor: Floor, simulated: SimulatedFloor, seed: int, folder: Path) -> Floor:

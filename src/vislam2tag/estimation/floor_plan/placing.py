@@ -31,6 +31,7 @@ from vislam2tag.estimation.floor_plan.posterior import (
     best_pose,
     filtered,
     open_shares,
+    surroundings,
     walk_posterior,
 )
 from vislam2tag.estimation.floor_plan.samples import PossiblePath, possible_paths, telling_stretch
@@ -174,8 +175,9 @@ def _scale(posterior: WalkPosterior, odometry: Odometry, facts: Sequence[Fact], 
         other = replace(odometry, path=odometry.path * scale)
         walk = cut(other)
         evidence = evidence_of(posterior.grid, walk, other, facts)
-        return filtered(posterior.grid, walk, evidence, negligible=OF_DECOYS).total
+        return filtered(posterior.grid, walk, evidence, negligible=OF_DECOYS, among=near).total
 
+    near = surroundings(posterior.grid, posterior.poses[0])
     smaller, larger = at(1 - SCALE_STEP), at(1 + SCALE_STEP)
     curvature = 2 * posterior.log_evidence - smaller - larger
     if curvature < LEAST_CURVATURE:

@@ -80,6 +80,8 @@ class WalkPosterior:
 NOTHING = Filtered((), np.empty(0))
 
 
+AROUND_YAWS, AROUND_CELLS = 1, 3
+"""So far around known poses those of a walk of slightly different size are looked for."""
 SAMPLED_YAWS = 10
 """Every so many yaws show how many poses fit a stretch."""
 
@@ -100,10 +102,12 @@ def filtered(
     start: Filtered = NOTHING,
     bound: float = -np.inf,
     negligible: float = NEGLIGIBLE,
+    among: tuple[IntArray, Box] | None = None,
 ) -> Filtered:
     """Go through the stretches that ``start`` does not contain; stop if the evidence falls below ``bound`` (log).
 
-    Poses, and yaws, with a smaller share of the weight than ``negligible`` are dropped.
+    Poses, and yaws, with a smaller share of the weight than ``negligible`` are dropped. The first stretch is only
+    ``among`` some yaws and positions, if these are given.
     """
     count = int(np.prod(grid.shape))
     poses, each = list(start.poses), start.log_evidence.tolist()
@@ -111,7 +115,8 @@ def filtered(
         if number:
             prior, yaws, box = _predicted(grid, walk.links[number - 1], poses[-1], NEGLIGIBLE_YAW * negligible)
         else:
-            prior, (yaws, box) = np.full(grid.shape, 1 / count, dtype=np.float32), _everywhere(grid)
+            yaws, box = among or _everywhere(grid)
+            prior = np.full((len(yaws), *(side.stop - side.start for side in box)), 1 / count, dtype=np.float32)
         stretch = walk.stretches[number]
         fit = grid.fit(stretch.shape, yaws, box, stretch.floor)
         likely = fit if number not in evidence else fit + evidence[number][yaws][:, *box]
@@ -125,6 +130,17 @@ def filtered(
         if sum(each) < bound:
             break
     return Filtered(tuple(poses), np.array(each))
+
+
+def surroundings(grid: PoseGrid, poses: PoseWeights) -> tuple[IntArray, Box]:
+    """Yaws and positions around all poses that are not negligible."""
+    yaw, row, column = np.unravel_index(poses.cell, grid.shape)
+    yaws = np.unique((yaw[:, None] + np.arange(-AROUND_YAWS, AROUND_YAWS + 1)) % YAWS)
+    rows, columns = (
+        slice(max(int(side.min()) - AROUND_CELLS, 0), min(int(side.max()) + AROUND_CELLS + 1, count))
+        for side, count in zip((row, column), grid.shape[1:], strict=True)
+    )
+    return yaws, (rows, columns)
 
 
 def _everywhere(grid: PoseGrid) -> tuple[IntArray, Box]:
