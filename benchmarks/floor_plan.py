@@ -38,7 +38,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from data_sets import TRUTH_FILE, Walk  # noqa: E402
-from floor_plan_cases import CASES, OURS, SURVEYS, Case  # noqa: E402
+from floor_plan_cases import CASES, EAST_RAD, OURS, SURVEYS, Case  # noqa: E402
 from landmark_survey import spread  # noqa: E402
 from tests.docs.figures import digest  # noqa: E402
 
@@ -49,13 +49,11 @@ from vislam2tag.core.status import Status  # noqa: E402
 from vislam2tag.core.tracks import Trajectory  # noqa: E402
 from vislam2tag.estimation.settings import MappingSettings  # noqa: E402
 from vislam2tag.estimation.strategy import TrajectoryBuilder, strategy_named  # noqa: E402
-from vislam2tag.pipeline.labels.process import process  # noqa: E402
 from vislam2tag.quality.evaluation.reliability import region_probability  # noqa: E402
 from vislam2tag.quality.evaluation.truth import Truth, read_truth  # noqa: E402
 from vislam2tag.sessions.prepared import SessionTask, prepared_session  # noqa: E402
 from vislam2tag.sessions.registry import open_survey  # noqa: E402
 from vislam2tag.simulation.building import draw_plan  # noqa: E402
-from vislam2tag.simulation.imu import ImuSettings  # noqa: E402
 from vislam2tag.simulation.model import SimulatedFloor  # noqa: E402
 from vislam2tag.simulation.survey import simulate  # noqa: E402
 from vislam2tag.site.corrections.file import Corrections  # noqa: E402
@@ -169,6 +167,8 @@ def read(file: Path, code: str) -> list[Found]:
 
 def measured(job: Job) -> list[Found]:
     """Simulate the walk, read it back, and measure its cases."""
+    from vislam2tag.pipeline.labels.process import process  # memory is that of mapping alone
+
     with tempfile.TemporaryDirectory() as folder, threadpool_limits(limits=1):
         root, scenario = Path(folder) / "survey", SURVEYS[job.survey].scenario(job.seed)
         simulate(replace(scenario, sessions=scenario.sessions[job.number : job.number + 1]), root)
@@ -221,7 +221,7 @@ def with_plans(walk: Walk, case: Case, floors: Sequence[Floor]) -> Walk:
     truth = replace(walk.truth, position_bcs=walk.truth.position_bcs * case.size)
     middle = walk.camera.time_ns[[len(walk.camera.time_ns) // 2]]
     tap = FixLog(middle, at_frames(truth, middle)[0], ("tap",)) if case.tap else None
-    north = PlacingHints(north_rad=ImuSettings().north_rad - np.pi / 2) if case.north else None
+    north = PlacingHints(north_rad=EAST_RAD) if case.north else None
     camera = replace(walk.camera, plans=plans, own_floor=own, fixes=tap, hints=north)
     return replace(walk, camera=camera, truth=truth)
 

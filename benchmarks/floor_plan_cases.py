@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.simulation.building import furnished, make_building
+from vislam2tag.simulation.imu import ImuSettings
 from vislam2tag.simulation.model import SimulatedFloor, count_crossings
 from vislam2tag.simulation.route import room_nodes
 from vislam2tag.simulation.scenario import Scenario, regular_survey
@@ -20,6 +21,8 @@ from vislam2tag.simulation.settings import BuildingSettings, stream
 FLOORS = (0, 1, 2)
 ACCESS_POINTS = 14
 OURS, REFERENCE = "floor-plan", "smoother"
+EAST_RAD = ImuSettings().north_rad - np.pi / 2
+"""Direction of east in the BCS."""
 OTHER_SEEDS = 100_000
 """So many seeds further on is another building."""
 MISSING_SHARE, GAP_M = 0.1, (0.3, 1.5)

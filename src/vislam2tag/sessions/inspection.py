@@ -63,7 +63,7 @@ class SessionOverview(Record):
     landmarks_surveyed: int = 0
     """How many of the landmarks seen have a surveyed position."""
     on_plan: bool = False
-    """Whether the plan of its floor may place it without landmarks."""
+    """Whether it saw no landmarks, and the plan of its floor may place it."""
     fixes: int | None = None
     """Known positions that a session without poses is mapped by; None where a tracker was logged."""
     wifi_scans: int = 0
@@ -202,7 +202,9 @@ def _session_overview(
             **_amounts(session),
             "landmarks_seen": session.landmarks.ids,
             "landmarks_surveyed": len(landmarks.surveyed_ids.intersection(session.landmarks.ids)),
-            "on_plan": bool(session.camera.plans) and plan_mark(prepared.task.floor) is not None,
+            "on_plan": not session.landmarks.ids
+            and bool(session.camera.plans)
+            and plan_mark(prepared.task.floor) is not None,
             "findings": tuple(prepared.findings()),
         }
     )

@@ -290,7 +290,7 @@ def test_a_record_alone_is_a_session_that_cannot_be_mapped(folder: Path) -> None
     session = read_rows(folder, {})
     found = {(finding.kind, finding.file): finding.severity.value for finding in session.findings}
     assert found["missing_file", "CameraPose.csv"] == "error"
-    assert found["missing_file", "LandmarkPose.csv"] == "error"
+    assert found["missing_file", "LandmarkPose.csv"] == "warning"
     assert found["missing_file", "WiFi.csv"] == "warning"
     assert found["no_frames", "CameraPose.csv"] == "error"
     assert "ble" not in session.tables

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.estimation.odometry import Odometry
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 SAMPLES = 200
 """Moments that are compared, evenly spread over the walk."""
@@ -23,6 +27,8 @@ def compass_turn_rad(camera: CameraTrack, odometry: Odometry) -> float | None:
     Camera and sensors have their axes turned about the view by a multiple of 90 degrees, which gravity shows. None if
     the phone has no rotation vector.
     """
+    from scipy.spatial.transform import Rotation  # slow to load, and findings need this module's constants only
+
     log = camera.inertial
     if log is None or not len(log.orientation_ns):
         return None

@@ -167,11 +167,11 @@ def _checked_on_plan(prepared: PreparedSession, settings: ProcessSettings) -> Ch
     """Check a walk that no landmarks connect to the building by its sigma alone, if its floor's plan may place it."""
     session, strategy = prepared.session, strategy_named(settings.strategy, settings.mapping)
     mapped = strategy.map(session.camera, session.landmarks, prepared.landmarks)
-    if mapped.placing is None:
+    frame = np.flatnonzero(mapped.status == Status.OK)
+    if mapped.placing is None or (session.landmarks.ids and not len(frame)):
         fault = plan_fault(prepared.task.floor)
         why = "vislam2tag inspect shows what it has" if fault is None else f"the plan of its floor: {fault}"
         raise SessionError(f"{session.key}: the session could not be mapped; it needs {strategy.needs} ({why})")
-    frame = np.flatnonzero(mapped.status == Status.OK)
     covariance = mapped.covariance_bcs[frame]
     labelled = mapped.sigma_m[frame] <= settings.labels.max_sigma_m
     details: dict[str, Any] = {"frames": int(session.camera.usable.sum()), "labelled": int(labelled.sum())}
