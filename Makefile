@@ -100,7 +100,7 @@ install-wheel-with-extras: EXTRAS = [all,docs]
 install-sdist: FILE = dist/*.tar.gz
 $(INSTALLS): dist
 	@set -e; file="$$PWD/$$(echo $(FILE))$(EXTRAS)"; empty=$$(mktemp -d); trap 'rm -rf "$$empty"' EXIT; cd "$$empty"; \
-	$(PYTHON) -m venv venv; venv/bin/pip install --quiet --disable-pip-version-check --find-links "$(CURDIR)/dist" "$$file"; \
+	$(PYTHON) -m venv venv; venv/bin/pip install --quiet --no-compile --disable-pip-version-check --find-links "$(CURDIR)/dist" "$$file"; \
 	venv/bin/vislam2tag demo demo-out >demo.txt; test -s demo-out/smoother/report.html; \
 	if [ "$(EXTRAS)" ]; then test -s "$$(venv/bin/vislam2tag docs how-to/install --no-browser)"; fi; \
 	echo "$$(basename "$$file") installs and runs: $$(venv/bin/vislam2tag --version)"
@@ -119,16 +119,16 @@ release: dist docs $(INSTALLS)
 
 $(VENV)/.base: pyproject.toml requirements-base.lock
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-base.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --require-hashes -r requirements-base.lock
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	touch $@
 
 $(VENV)/.installed: $(VENV)/.base requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check --require-hashes -r requirements.lock
 	touch $@
 
 $(VENV)/.torch: $(VENV)/.installed
-	$(if $(TORCH),$(BIN)/python -m pip install --quiet --disable-pip-version-check $(TORCH))
+	$(if $(TORCH),$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check $(TORCH))
 	touch $@
 
 # Remakes the lock files from pyproject.toml (needs uv: pip install uv); the base's versions are those of all.

@@ -219,6 +219,7 @@ def test_with_the_noise_given_covariances_hold_what_they_say() -> None:
     assert of_95 == pytest.approx(0.95, abs=0.015)
 
 
+@pytest.mark.campaign
 def test_with_the_noise_estimated_covariances_are_not_too_small_and_hardly_too_great() -> None:
     found = []
     for seed in range(60):

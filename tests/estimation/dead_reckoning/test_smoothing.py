@@ -167,7 +167,10 @@ def errors_and_sigmas_m(seed: int, seconds: float, count: int) -> tuple[FloatArr
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seconds", "count"), [(120.0, 2), (300.0, 2), (300.0, 3), (120.0, 5)])
+@pytest.mark.parametrize(
+    ("seconds", "count"),
+    [(120.0, 2), *(pytest.param(*more, marks=pytest.mark.campaign) for more in ((300.0, 2), (300.0, 3), (120.0, 5)))],
+)
 def test_stated_regions_contain_the_walk_however_few_its_fixes_are(seconds: float, count: int) -> None:
     walks = [errors_and_sigmas_m(seed, seconds, count)[:2] for seed in SEEDS]
     error_m, sigma_m = (np.concatenate(parts) for parts in zip(*walks, strict=True))
@@ -175,7 +178,10 @@ def test_stated_regions_contain_the_walk_however_few_its_fixes_are(seconds: floa
     assert (error_m < 5 * sigma_m + 0.5).all()
 
 
-@pytest.mark.parametrize(("seconds", "count"), [(120.0, 5), (120.0, 9), (300.0, 20)])
+@pytest.mark.parametrize(
+    ("seconds", "count"),
+    [(120.0, 5), *(pytest.param(*more, marks=pytest.mark.campaign) for more in ((120.0, 9), (300.0, 20)))],
+)
 def test_with_enough_fixes_sigma_stays_that_of_the_path(seconds: float, count: int) -> None:
     for seed in SEEDS:
         _, sigma_m, walk = errors_and_sigmas_m(seed, seconds, count)

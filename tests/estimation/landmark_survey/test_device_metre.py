@@ -82,7 +82,7 @@ def test_landmarks_beside_one_another_tell_nothing_of_a_metre() -> None:
     assert metres(maps, priors, ("a", "a", "b", "b")) == []
 
 
-@pytest.mark.parametrize("sigma_m", [0.3, 0.5])
+@pytest.mark.parametrize("sigma_m", [0.3, pytest.param(0.5, marks=pytest.mark.campaign)])
 def test_by_a_survey_that_is_not_exact_no_device_is_named_for_another_ones_metre(sigma_m: float) -> None:
     named = []
     for seed in range(20):
@@ -98,6 +98,7 @@ def test_by_an_exact_survey_the_device_is_named_and_no_other_one() -> None:
         assert [one.device for one in votes.odd_devices] == ["b"]
 
 
+@pytest.mark.campaign
 def test_errors_of_the_survey_do_not_shrink_with_walks_that_agree() -> None:
     few, many = (
         metres(floor(3, {}, devices), surveyed(3, [0, 11], 0.5), devices)[0].sigma for devices in (DEVICES, DEVICES * 4)

@@ -103,6 +103,7 @@ def test_errors_are_as_great_as_stated_where_all_is_trusted_alike() -> None:
     ]
 
 
+@pytest.mark.campaign
 def test_doubts_make_errors_no_greater_than_stated_and_hardly_smaller() -> None:
     of_68, of_95 = shares_inside(join, 40)
     assert 0.68 < of_68 < 0.86
