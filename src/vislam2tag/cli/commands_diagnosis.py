@@ -61,9 +61,9 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     If nothing is wrong, the output names what was checked. If no walk passes enough landmarks, it says that nothing
     could be judged.
 
-    Exit code: 0 nothing is wrong, or no walk has landmarks and floors have plans, 1 a mistake was found, a session
-    cannot be read, or nothing could be judged, 2 wrong usage or not a survey, 130 interrupted. With --apply and
-    --revert: 0 if that was done.
+    Exit code: 0 nothing is wrong, 1 a mistake was found, a session cannot be read, or nothing could be judged, 2 wrong
+    usage or not a survey, 130 interrupted. With --apply and --revert: 0 if that was done. A survey whose walks need no
+    landmarks, because their floors have plans, also ends with 0.
 
     \b
     Examples:

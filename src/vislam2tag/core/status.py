@@ -66,6 +66,11 @@ def labelled_share(counts: Mapping[str, int]) -> float | None:
     return counts.get(Status.OK.label, 0) / total if total else None
 
 
+def frames_placed(counts: Mapping[str, int]) -> int:
+    """How many frames, counted by label, have a position, certain or not."""
+    return sum(counts.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
+
+
 class EventKind(StrEnum):
     """What a step of the tracker was that is not a motion of the camera; without tracker, what happened on the walk."""
 

@@ -84,19 +84,14 @@ class WallCosts:
 
 def on_common_cells(costs: Mapping[int, WallCosts]) -> dict[int, WallCosts]:
     """Costs of floors, by number, all on one rectangle, to a cell; a metre in the margin costs as much as outside."""
-    corners = [
-        (
-            one.origin_m,
-            tuple(start + FINE_M * side for start, side in zip(one.origin_m, one.cost.shape[::-1], strict=True)),
-        )
-        for one in costs.values()
-    ]
-    lower, upper = np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))
+    origins = np.array([one.origin_m for one in costs.values()])
+    lower = origins.min(axis=0)
+    upper = (origins + FINE_M * np.array([one.cost.shape[::-1] for one in costs.values()])).max(axis=0)
     common = {}
     for number, one in costs.items():
         before = np.round((np.array(one.origin_m) - lower) / FINE_M).astype(np.int64)[::-1]
         after = np.ceil((upper - lower) / FINE_M).astype(np.int64)[::-1] - one.cost.shape - before
-        padded = np.pad(one.cost, np.stack((before, after.clip(0)), axis=1), constant_values=OUTSIDE_NATS_M)
+        padded = np.pad(one.cost, np.stack((before, after), axis=1), constant_values=OUTSIDE_NATS_M)
         common[number] = WallCosts(padded, (float(lower[0]), float(lower[1])))
     return common
 
@@ -118,16 +113,15 @@ def _furniture(blocked: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
 
     radius = int(THICK_M / 2 / FINE_M)
     disc = np.hypot(*np.mgrid[-radius : radius + 1, -radius : radius + 1]) <= radius + 0.3
-    filled = blocked | _small_parts(~blocked, 0.0)  # closed outlines
-    thick = _small_parts(np.asarray(binary_opening(filled, disc)), 0.0)
-    return blocked & (
-        _small_parts(blocked, LINE_M) | np.asarray(binary_dilation(thick, np.ones((3, 3), dtype=np.bool_)))
-    )
+    filled = blocked | _small_parts(~blocked)  # closed outlines
+    thick = _small_parts(np.asarray(binary_opening(filled, disc)))
+    around_thick = np.asarray(binary_dilation(thick, np.ones((3, 3), dtype=np.bool_)))
+    return blocked & (_small_parts(blocked, LINE_M) | around_thick)
 
 
-def _small_parts(mask: npt.NDArray[np.bool_], longest_line_m: float) -> npt.NDArray[np.bool_]:
+def _small_parts(mask: npt.NDArray[np.bool_], longest_line_m: float = np.inf) -> npt.NDArray[np.bool_]:
     """Cells (rows, columns) of connected parts of a mask that fit into a square of :data:`FURNITURE_M` and are no
-    lines along an axis that are longer than ``longest_line_m``, if that is not 0.
+    lines along an axis that are longer than ``longest_line_m``.
     """
     from scipy.ndimage import find_objects, label
 
@@ -135,6 +129,6 @@ def _small_parts(mask: npt.NDArray[np.bool_], longest_line_m: float) -> npt.NDAr
     small = np.zeros(count + 1, dtype=np.bool_)
     for number, box in enumerate(find_objects(parts), 1):
         short, long = sorted((side.stop - side.start) * FINE_M for side in box)
-        line = longest_line_m and long > longest_line_m and short < THICK_M
+        line = long > longest_line_m and short < THICK_M
         small[number] = long <= FURNITURE_M and not line
     return np.asarray(small[parts])

@@ -23,6 +23,7 @@ from vislam2tag.estimation.settings import HeightSettings
 from vislam2tag.estimation.vertical import (
     VerticalTrack,
     altitude_m,
+    change_around,
     vertical_track,
     with_rides_by_landmarks,
     with_rides_by_pressure,
@@ -177,8 +178,7 @@ def vertical_span_m(camera: CameraTrack, log: LandmarkLog) -> float:
 def between_floors(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> BoolArray:
     """Return (f,) at which usable frames a walk rises or sinks as on stairs or in a lift."""
     track = _track(camera, log, odometry)
-    around = [np.interp(track.time_s + side * CLIMB_S / 2, track.time_s, track.height_m) for side in (-1, 1)]
-    return np.asarray(np.abs(around[1] - around[0]) > CLIMB_M)
+    return np.asarray(np.abs(change_around(track.time_s, track.height_m, CLIMB_S)) > CLIMB_M)
 
 
 def _track(camera: CameraTrack, log: LandmarkLog, odometry: Odometry) -> VerticalTrack:

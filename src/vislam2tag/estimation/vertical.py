@@ -122,9 +122,13 @@ def _loss_variance(blind: BoolArray, elapsed: FloatArray) -> FloatArray:
 def _speed(odometry: Odometry) -> FloatArray:
     """Horizontal speed (f,): distance between half a second before and after, m/s."""
     time_s = odometry.time_s
-    axes = (odometry.path.real, odometry.path.imag)
-    moved = [np.interp(time_s + 0.5, time_s, part) - np.interp(time_s - 0.5, time_s, part) for part in axes]
-    return np.asarray(np.hypot(*moved))
+    return np.hypot(*(change_around(time_s, part, 1.0) for part in (odometry.path.real, odometry.path.imag)))
+
+
+def change_around(time_s: FloatArray, values: FloatArray, window_s: float) -> FloatArray:
+    """Change (f,) of values (f,) from half a window before each time (f,) to half a window after."""
+    after, before = (np.interp(time_s + side * window_s / 2, time_s, values) for side in (1, -1))
+    return np.asarray(after - before)
 
 
 STILL_M_PER_S = 0.25
@@ -164,8 +168,7 @@ def with_rides_by_pressure(track: VerticalTrack, time_ns: IntArray, pressure: Pr
     ``time_ns`` (f,) are the boot-clock times of the track's frames.
     """
     unseen = altitude_m(pressure, time_ns) - track.height_m
-    ends = [np.interp(track.time_s + side * RIDE_WINDOW_S / 2, track.time_s, unseen) for side in (-1, 1)]
-    riding = np.abs(ends[1] - ends[0]) > PRESSURE_RIDE_M
+    riding = np.abs(change_around(track.time_s, unseen, RIDE_WINDOW_S)) > PRESSURE_RIDE_M
     step = np.where(riding, np.diff(unseen, prepend=unseen[0]), 0.0)
     # The variance of a ride is added once, spread over its frames.
     ride = np.cumsum(np.diff(riding, prepend=False) & riding)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from vislam2tag.common.findings import NOT_RUN, Finding, Judgement, counted
 from vislam2tag.common.records import Record
-from vislam2tag.core.status import EventKind, Status
+from vislam2tag.core.status import EventKind, Status, frames_placed
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.georeference import Georeference
 
@@ -328,8 +328,7 @@ class SessionResult(Record):
     @property
     def unplaced(self) -> bool:
         """Whether it was read and mapped, but no frame has a position."""
-        placed = any(self.frames.get(status.label) for status in (Status.OK, Status.UNCERTAIN))
-        return self.error is None and not placed
+        return self.error is None and not frames_placed(self.frames)
 
 
 WRONG_IDS = ("other_ids", "shifted_ids")
@@ -383,7 +382,7 @@ class Summary(Record):
     @property
     def frames_placed(self) -> int:
         """How many frames have a position, certain or not."""
-        return sum(self.frames.get(status.label, 0) for status in (Status.OK, Status.UNCERTAIN))
+        return frames_placed(self.frames)
 
     @property
     def problem(self) -> str | None:

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, StatusArray
+from vislam2tag.core.placing import Placing
 from vislam2tag.core.status import Status
 from vislam2tag.estimation.floor_plan.posterior import BestPose
 from vislam2tag.estimation.floor_plan.stretches import Stretches
@@ -57,7 +58,7 @@ class WalkFit:
         """Why no stretch of the walk counts; OK if some may."""
         if self.misfit > MOST_MISFIT:
             return Status.FITS_NOWHERE if self.mirror > -MIRRORED_NATS else Status.FITS_MIRROR
-        if self.mirror < LEAST_MIRROR_NATS + NATS_PER_MISFIT * max(self.misfit - USUAL_MISFIT, 0.0):
+        if self.mirror < required_mirror_nats(self.misfit):
             return Status.FITS_MIRROR
         if self.exchanged < LEAST_EXCHANGED_NATS:
             return Status.FITS_NOWHERE
@@ -70,6 +71,16 @@ class WalkFit:
         if self.open_share > OPEN_SHARE:
             return Status.PLAN_TOO_OPEN
         return Status.TOO_SHORT if self.way_m < SHORT_M else Status.AMBIGUOUS
+
+
+def required_mirror_nats(misfit: float) -> float:
+    """Advantage over its mirror image that a walk with a ``misfit`` (nats per 10 m) needs, nats."""
+    return LEAST_MIRROR_NATS + NATS_PER_MISFIT * max(misfit - USUAL_MISFIT, 0.0)
+
+
+def plan_is_wrong(fit: WalkFit | Placing) -> bool:
+    """Whether a walk fits its plan so badly, or the mirror image so much better, that no known place helps."""
+    return fit.misfit > MOST_MISFIT or fit.mirror <= -MIRRORED_NATS
 
 
 def misfit_of(walk: Stretches, best: Sequence[BestPose]) -> float:

@@ -16,7 +16,7 @@ from vislam2tag.core.placing import Candidate, Placing
 from vislam2tag.core.status import Status
 from vislam2tag.core.transforms import as_points
 from vislam2tag.core.wall_costs import on_common_cells
-from vislam2tag.estimation.floor_plan.acceptance import MIRRORED_NATS, MOST_MISFIT, WalkFit, judged, misfit_of
+from vislam2tag.estimation.floor_plan.acceptance import WalkFit, judged, misfit_of, plan_is_wrong
 from vislam2tag.estimation.floor_plan.evidence import Fact, KnownPlace, KnownTurn, evidence_of
 from vislam2tag.estimation.floor_plan.local_poses import LOCAL_LENGTH_M, LocalPoses, local_poses
 from vislam2tag.estimation.floor_plan.pose_grid import PoseGrid
@@ -310,7 +310,7 @@ def asked_stretch(
     With one path, that is the middle of the longest part without a place. If no part has one, it is the stretch whose
     place is the least certain. A known place cures neither walls across the path nor a wrong plan.
     """
-    if fit.misfit > MOST_MISFIT or fit.mirror < -MIRRORED_NATS:
+    if plan_is_wrong(fit):
         return None
     fine = (Status.OK, Status.FITS_NOWHERE) if fit.refusal() is Status.OK else (Status.OK,)
     unsure = ~np.isin(status, fine)

@@ -73,7 +73,7 @@ class FloorPlan:
     def _floors(
         self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks, observations: WalkObservations
     ) -> IntArray | None:
-        """Number (n,) of the floor of each frame, by height; None if the walk stays on its own one."""
+        """Number (n,) of the floor of each frame, by height; None if the walk stays on one floor."""
         odometry = observations.odometry
         heights = estimate_heights(camera, log, landmarks, self.smoother.heights, odometry)
         if not len(heights.floor) or not np.ptp(heights.floor[odometry.frame]):

@@ -15,11 +15,10 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.floor_plan.acceptance import (
     LEAST_EXCHANGED_NATS,
-    LEAST_MIRROR_NATS,
     MIRRORED_NATS,
     MOST_MISFIT,
-    NATS_PER_MISFIT,
-    USUAL_MISFIT,
+    plan_is_wrong,
+    required_mirror_nats,
 )
 from vislam2tag.estimation.floor_plan.facts import TAP_SIGMA_M
 from vislam2tag.sessions.prepared import PreparedSession
@@ -63,7 +62,7 @@ def _not_placed(placing: Placing, trajectory: Trajectory, prepared: PreparedSess
     if not refused or not reasons:  # landmarks may place what the plan does not
         return []
     number, status = prepared.task.floor.number, reasons[0]
-    wrong = _plan_is_wrong(placing)
+    wrong = plan_is_wrong(placing)
     why = {
         Status.AMBIGUOUS: f"its shape fits {_places(placing)} of the plan of floor {number}",
         Status.FITS_NOWHERE: _fits_nowhere(placing, number),
@@ -99,11 +98,6 @@ def _refusals(trajectory: Trajectory) -> list[Status]:
     return sorted((reason for reason in reasons if counts[reason]), key=lambda reason: -counts[reason])
 
 
-def _plan_is_wrong(placing: Placing) -> bool:
-    """Whether no known place helps."""
-    return placing.misfit > MOST_MISFIT or placing.mirror <= -MIRRORED_NATS
-
-
 def _fits_nowhere(placing: Placing, number: int) -> str:
     if placing.misfit > MOST_MISFIT:
         return (
@@ -123,11 +117,10 @@ def _fits_nowhere(placing: Placing, number: int) -> str:
 def _fits_mirror(placing: Placing, number: int) -> str:
     if placing.mirror < 0:
         return f"the plan of floor {number} fits its mirror image better"
-    required = LEAST_MIRROR_NATS + NATS_PER_MISFIT * max(placing.misfit - USUAL_MISFIT, 0.0)
     return (
         f"the plan of floor {number} fits its mirror image about as well (the walk fits better by "
         f"{math.floor(10 * placing.mirror) / 10:.1f} nats; for a walk that fits like this, at least "
-        f"{math.ceil(10 * required) / 10:.1f} are required)"
+        f"{math.ceil(10 * required_mirror_nats(placing.misfit)) / 10:.1f} are required)"
     )
 
 
@@ -158,7 +151,7 @@ def _since_start_s(trajectory: Trajectory, time_ns: int) -> float:
 
 def _disagreeing(placing: Placing, trajectory: Trajectory, prepared: PreparedSession) -> list[Finding]:
     """Taps and surveyed landmarks that are far from all probable paths."""
-    paths = () if _plan_is_wrong(placing) else placing.candidates
+    paths = () if plan_is_wrong(placing) else placing.candidates
     likely = [one.position_bcs for one in paths if one.weight >= LIKELY]
     path_ns, off_m = trajectory.time_ns[list(placing.frame)], dict[str, float]()
     for words, time_ns, place, allowed_m in _known_places(trajectory, prepared) if likely else ():

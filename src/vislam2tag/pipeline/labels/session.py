@@ -23,7 +23,7 @@ import polars as pl
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.core.status import Status
+from vislam2tag.core.status import frames_placed
 from vislam2tag.estimation.settings import BY_LANDMARKS, ON_PLAN
 from vislam2tag.estimation.strategy import strategy_modules
 from vislam2tag.labeling.results import SessionResult
@@ -321,8 +321,7 @@ def _depends_on_plans(strategy: str, done: SessionResult) -> bool:
     """Whether the floors' plans may change a result; not one of the smoother if landmarks determine the walk."""
     if strategy == ON_PLAN or done.placing is not None:
         return True
-    mapped = any(done.frames.get(status.label) for status in (Status.OK, Status.UNCERTAIN))
-    return strategy == BY_LANDMARKS and not mapped
+    return strategy == BY_LANDMARKS and not frames_placed(done.frames)
 
 
 def _told_arrays(task: SessionTask) -> Iterator[AnyArray]:

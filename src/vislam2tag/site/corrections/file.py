@@ -220,7 +220,7 @@ class SetTap(Correction):
         if (self.x is None) != (self.y is None):
             raise ValueError("give both x and y, or neither")
         if self.session is None and self.floor is None:
-            raise ValueError("give a session, or a floor if it holds for all its walks")
+            raise ValueError("give a session, or a floor if all its walks were there then")
         return self
 
 

@@ -88,6 +88,6 @@ def _read(floor: Floor) -> WallCosts | str | None:
             except SurveyError as error:
                 _costs[mark] = str(error).replace(str(here.plan), here.plan.name if here.plan else "")
             except ModuleNotFoundError as error:  # images and drawings need an extra
-                lacks = missing_extra(error)
-                _costs[mark] = str(error) if lacks is None else f"this {lacks}"
+                needs = missing_extra(error)
+                _costs[mark] = str(error) if needs is None else f"this {needs}"
     return _costs[mark]
