@@ -21,6 +21,8 @@ from vislam2tag.simulation.traps import SITE_TRAPS, TABLE_TRAPS, TEXT_TRAPS, che
 
 FOUND_BY_PROCESSING = frozenset({"landmark_without_position", "landmark_never_passed", "pose_lag", "too_few_landmarks"})
 """Kinds that need the whole pipeline; the reader alone finds the others."""
+WITHOUT_PLAN = frozenset({"few_landmarks", "missing_markers"})
+"""Traps for walks that no plan places."""
 VISITS_ONLY = "high_landmark"
 """A trap for strategies that want landmarks passed within a radius in space."""
 
@@ -57,10 +59,17 @@ def test_a_clean_survey_has_no_findings(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("trap", TRAP_FINDINGS)
 def test_reading_and_processing_find_the_trap(trap: str, tmp_path: Path) -> None:
-    root = trapped(tmp_path / "survey", trap)
-    assert read_kinds(root) == TRAP_FINDINGS[trap] - FOUND_BY_PROCESSING
+    traps = {trap, "missing_plan"} if trap in WITHOUT_PLAN else {trap}
+    expected = frozenset[str]().union(*(TRAP_FINDINGS[one] for one in traps))
+    root = trapped(tmp_path / "survey", *traps)
+    assert read_kinds(root) == expected - FOUND_BY_PROCESSING
     strategy = "local-corrected" if trap == VISITS_ONLY else Settings().strategy
-    assert processed_kinds(root, tmp_path / "out", strategy) == TRAP_FINDINGS[trap]
+    assert processed_kinds(root, tmp_path / "out", strategy) == expected
+
+
+def test_a_plan_places_a_walk_in_the_trap_of_few_landmarks(tmp_path: Path) -> None:
+    root = trapped(tmp_path / "survey", "few_landmarks")
+    assert processed_kinds(root, tmp_path / "out") == {"placed_on_plan"}
 
 
 def test_a_high_landmark_is_no_trap_for_the_smoother(tmp_path: Path) -> None:

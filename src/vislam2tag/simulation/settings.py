@@ -109,7 +109,10 @@ TRAP_FINDINGS: dict[str, frozenset[str]] = {
     "missing_dimensions": frozenset({"missing_file"}),
     "missing_markers": frozenset({"missing_file", "landmark_without_position", "too_few_landmarks"}),
 }
-"""Kinds of findings that a survey with this trap must report, in addition to its usual findings."""
+"""Kinds of findings that a survey with this trap must report, in addition to its usual findings.
+
+Where a floor has a plan, it may place walks past too few landmarks, so ``too_few_landmarks`` needs ``missing_plan``.
+"""
 
 
 SEVERITIES = {"none": 0.0, "mild": 0.5, "default": 1.0, "severe": 2.0}
