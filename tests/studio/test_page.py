@@ -272,11 +272,7 @@ def compares_two_outputs(page: Page) -> None:
     pictures = {}
     for share in (1, 0, 0.5):
         line.fill(str(share))
-        page.wait_for_timeout(700)
-        content = page.locator(".map .canvas").screenshot(
-            style=".zoom, .legend, .swipe, .divider { visibility: hidden }"
-        )
-        pictures[share] = np.array(Image.open(io.BytesIO(content)).convert("RGB"))
+        pictures[share] = picture(page, ".zoom, .legend, .swipe, .divider { visibility: hidden }")
     middle = pictures[1].shape[1] // 2
     left, right = slice(0, middle - 40), slice(middle + 40, None)  # beside the line and its handle
     assert (pictures[1][:, left] != pictures[0][:, left]).any()
@@ -328,12 +324,12 @@ def shows_everything_on_the_map(page: Page) -> None:
     assert all((one != other).any() for one, other in itertools.pairwise(seen))
 
 
-def picture(page: Page) -> np.ndarray[Any, Any]:
-    """The map once it has come to rest."""
+def picture(page: Page, style: str | None = None) -> np.ndarray[Any, Any]:
+    """The map, with a style sheet, once it has come to rest."""
     last = None
     for _ in range(60):
         page.wait_for_timeout(600)
-        content = page.locator(".map .canvas").screenshot(caret="initial")
+        content = page.locator(".map .canvas").screenshot(caret="initial", style=style)
         if content == last:
             return np.array(Image.open(io.BytesIO(content)).convert("RGB"))
         last = content
