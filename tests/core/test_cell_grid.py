@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from vislam2tag.core.cell_grid import CellGrid, WalkableArea
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea, continuing_walls
 
 GRID = CellGrid(origin_m=(10.0, -4.0), cell_m=0.5, rows=4, columns=6)
 
@@ -24,3 +25,19 @@ def test_centres_lie_in_their_cells() -> None:
 
 def test_an_area_has_the_grid_of_its_mask() -> None:
     assert WalkableArea(np.ones((4, 6), dtype=bool), (10.0, -4.0), 0.5).grid == GRID
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_pieces_in_one_line_with_a_wall_continue_it(turned: bool) -> None:
+    walls = np.zeros((60, 200), dtype=np.bool_)
+    pieces = np.zeros_like(walls)
+    walls[30:32, 10:40] = True
+    in_line = ((30, 50, 58), (30, 70, 80), (31, 92, 97))  # each 1.0 to 1.2 m on
+    beside = ((10, 50, 58), (30, 120, 130))  # on another line, and 2.3 m beyond the last
+    for row, start, stop in (*in_line, *beside, (30, 43, 45)):  # the last is shorter than a stroke
+        pieces[row : row + 2, start:stop] = True
+    found = continuing_walls(walls.T, pieces.T, 0.1).T if turned else continuing_walls(walls, pieces, 0.1)
+    expected = np.zeros_like(walls)
+    for row, start, stop in in_line:
+        expected[row : row + 2, start:stop] = True
+    np.testing.assert_array_equal(found, expected)

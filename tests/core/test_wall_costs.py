@@ -56,6 +56,26 @@ def test_the_edge_of_the_plan_is_a_wall() -> None:
     assert at(costs, 2.0, 2.0) == 0
 
 
+def wall_across(*gaps: tuple[int, int]) -> WallCosts:
+    """A room with a wall at y = 4 m whose ink is missing between some columns."""
+    area = room()
+    area.mask[39:41] = False
+    for start, stop in gaps:
+        area.mask[39:41, start:stop] = True
+    return WallCosts.of(area)
+
+
+@pytest.mark.parametrize(("columns", "cost"), [(5, OUTSIDE_NATS_M), (8, 0.0)])
+def test_nobody_goes_through_a_narrow_gap_in_a_wall(columns: int, cost: float) -> None:
+    assert at(wall_across((40, 40 + columns)), 4.0 + columns * FINE_M / 2, 4.0) == cost
+
+
+def test_a_piece_of_wall_between_gaps_is_no_furniture() -> None:
+    costs = wall_across((40, 48), (56, 64))
+    assert at(costs, 5.2, 4.0) == OUTSIDE_NATS_M
+    assert at(costs, 4.4, 4.0) == 0
+
+
 @pytest.mark.parametrize(("side_m", "share"), [(2.4, FURNITURE_SHARE), (2.7, 1.0)])
 def test_what_stands_free_and_is_small_may_be_furniture(side_m: float, share: float) -> None:
     area = room()

@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from vislam2tag.core.cell_grid import CellGrid, WalkableArea
+from vislam2tag.core.cell_grid import CellGrid, WalkableArea, continuing_walls, without_slits
 
 Float32Array: TypeAlias = npt.NDArray[np.float32]
 
@@ -53,7 +53,9 @@ class WallCosts:
 
         free = _resampled(area)
         blocked = np.pad(~free, 1, constant_values=True)
-        solid = blocked & ~_furniture(blocked)
+        furniture = _furniture(blocked)
+        walls = blocked & ~furniture
+        solid = without_slits(walls | continuing_walls(walls, furniture, FINE_M), FINE_M)
         cost = np.zeros(blocked.shape, dtype=np.float32)
         for walls, share in ((blocked, FURNITURE_SHARE), (solid, 1.0)):
             away_m = (np.asarray(distance_transform_edt(~walls)) - 0.5) * FINE_M

@@ -31,7 +31,7 @@ def pose(mass: float, fit: float = -0.1) -> BestPose:
         ({"misfit": 0.2, "mirror": 5.4}, Status.FITS_MIRROR),
         ({"misfit": 0.2, "mirror": 5.6}, Status.OK),
         ({"exchanged": 0.9}, Status.FITS_NOWHERE),
-        ({"floors": {1: 4.0, 2: 1.4}}, Status.FITS_OTHER_FLOOR),
+        ({"floors": {1: 4.0, 2: 0.4}}, Status.FITS_OTHER_FLOOR),
         ({"floors": {1: -40.0}}, Status.FITS_OTHER_FLOOR),
         ({"floors": {}}, Status.OK),
     ],

@@ -136,6 +136,16 @@ def test_text_and_furniture_are_left_out_and_columns_kept() -> None:
     assert walls[212, 212]
 
 
+def test_pieces_of_a_faded_wall_stay() -> None:
+    ink = frame(3)
+    ink[200:203, 10:410] = True  # a wall across the room
+    for start in (100, 180, 250):
+        ink[200:203, start : start + 30] = False
+    walls = walls_of(ink)
+    assert walls[201, [50, 150, 240, 300]].all()
+    assert not walls[201, [115, 195, 265]].any()
+
+
 def test_thin_strokes_are_left_out_where_walls_are_bold() -> None:
     ink = frame()
     ink[200:203, 10:410] = True  # a dimension line across the room

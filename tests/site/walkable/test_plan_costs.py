@@ -72,6 +72,15 @@ def show_the_floor(costs: WallCosts | None) -> None:
     assert at(costs, -0.7, 5.0) == OUTSIDE_NATS_M
 
 
+def test_missing_ink_of_the_outer_wall_does_not_let_the_outside_in(image: Floor) -> None:
+    lower = np.array([[(0.0, 0.0), (9.0, 0.0)], [(13.0, 0.0), (WIDTH_M, 0.0)]])
+    assert image.plan is not None
+    Image.fromarray(plan(20, lines=np.concatenate((lower, walls()[1:]))).image).save(image.plan)
+    costs = plan_costs(image)
+    assert at(costs, 11.0, 2.0) == 0
+    assert at(costs, -0.7, 5.0) == OUTSIDE_NATS_M
+
+
 def test_an_image(image: Floor) -> None:
     costs = plan_costs(image)
     show_the_floor(costs)

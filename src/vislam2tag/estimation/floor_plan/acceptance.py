@@ -32,7 +32,8 @@ LEAST_MIRROR_NATS, USUAL_MISFIT, NATS_PER_MISFIT = 3.0, 0.1, 25.0
 MIRRORED_NATS = 5.0
 """If the mirror image fits better by so much, the plan is mirrored."""
 LEAST_EXCHANGED_NATS = 1.0
-LEAST_FLOOR_NATS = 1.5
+LEAST_FLOOR_NATS = 0.5
+"""Required advantage over each other floor: few sessions are filed under a wrong floor."""
 SHORT_M = 60.0
 """A shorter way is called too short where it is ambiguous."""
 OPEN_SHARE = 0.15

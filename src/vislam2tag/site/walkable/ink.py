@@ -10,7 +10,7 @@ from skimage.morphology import skeletonize
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray, IntArray
-from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.core.cell_grid import CellGrid, continuing_walls
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.door_swings import without_swings
@@ -121,6 +121,7 @@ def only_walls(ink: BoolArray, pixel_m: float, drawn_m: float, settings: Walkabl
     """
     thickest_px = _THICKEST_M / pixel_m
     walls = _without_symbols(ink, usual_thickness(ink, thickest_px), SYMBOL_M / pixel_m)
+    walls |= continuing_walls(walls, ink & ~walls, pixel_m)
     walls = _filled(walls, settings.passage_m / pixel_m)
     thickness = usual_thickness(walls, thickest_px)
     if thickness >= _LEAST_BOLD_PX:

@@ -16,6 +16,10 @@ from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import file_mark, plan_at_hand
 
+OPENING_M = 6.0
+"""Through narrower openings in the outer wall the outside does not reach in: ink may be missing there, and taking a
+corridor for the outside would refute every walk in it.
+"""
 _costs: dict[str, WallCosts | str] = {}
 """What was read in this process, or why it cannot be used, by its mark: the sessions of a building share it."""
 
@@ -82,7 +86,8 @@ def _read(floor: Floor) -> WallCosts | str | None:
                 from vislam2tag.site.walkable.painted_cells import floor_mask
                 from vislam2tag.site.walkable.space import free_cells
 
-                free, grid, _ = free_cells(floor_plan(here), WalkableSettings(cell_m=FINE_M), floor_mask(here))
+                settings = WalkableSettings(cell_m=FINE_M, entrance_m=OPENING_M)
+                free, grid, _ = free_cells(floor_plan(here), settings, floor_mask(here))
                 area = WalkableArea(free, grid.origin_m, grid.cell_m)
                 _costs[mark] = WallCosts.of(area) if free.any() else "it shows no walkable space"
             except SurveyError as error:
