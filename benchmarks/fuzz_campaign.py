@@ -9,7 +9,7 @@ OUT/failures, with the damaged folder and what was said.
     python benchmarks/fuzz_campaign.py                            100,000 runs, spread over all targets
     python benchmarks/fuzz_campaign.py --commands --runs 10000    commands only
     python benchmarks/fuzz_campaign.py --runs 500 --target site --target "import uji"
-    python benchmarks/fuzz_campaign.py --ci                       as CI: 200 runs a reader
+    python benchmarks/fuzz_campaign.py --ci                       as CI: 40 runs a reader
     python benchmarks/fuzz_campaign.py --again "site" 17          one run again, with its output
 """
 
@@ -54,7 +54,7 @@ from vislam2tag.views import page  # noqa: E402
 
 TARGETS = (*READERS_ATTACKED, *commands())
 RUNS = 100_000
-RUNS_IN_CI = 100
+RUNS_IN_CI = 40
 """Of each reader."""
 MOST_MB = 2000
 _LIMIT_BYTES = 8 << 30
