@@ -1,5 +1,5 @@
-"""The page in a browser: every fault of a survey is found, corrected, taken back and compared; by mouse, by touch on a
-narrow screen and by keyboard alone."""
+"""The page in a browser: every fault of a survey is found, corrected, taken back and compared, by touch on a narrow
+screen and by keyboard alone."""
 
 from __future__ import annotations
 
@@ -174,7 +174,6 @@ def errors_of(labels: Path, survey: Path) -> dict[str, float]:
 @pytest.mark.parametrize(
     ("act", "view"),
     [
-        pytest.param(click, {"viewport": {"width": 1400, "height": 900}}, id="mouse"),
         pytest.param(tap, {"viewport": {"width": 400, "height": 800}, "has_touch": True}, id="touch"),
         pytest.param(press, {"viewport": {"width": 1000, "height": 700}}, id="keyboard"),
     ],

@@ -99,7 +99,7 @@ def test_what_the_data_lacks_is_said_and_the_rest_is_made(paper_copy: Path, tmp_
     assert all(sentence in page for sentence in missing.values())
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_a_second_run_gives_the_same_bytes(paper_copy: Path, tmp_path: Path) -> None:
     raw = bytes_of(paper_copy)
     made = reproduce(paper_copy, tmp_path / "out")
