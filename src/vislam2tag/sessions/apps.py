@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,7 +19,7 @@ from vislam2tag.core.transforms import multiply, rotated
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, WIFI_LINES, mark_repeated, sensor_rows, sensor_table
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.session_files import SessionFiles, existing_files, unread_files
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
@@ -202,6 +202,8 @@ class AppFormat:
     """Files of frames, or what reads rows of poses in our axes, such as a :func:`pose_table`."""
     readings: Mapping[str, Readings] = field(default_factory=dict)
     """By role."""
+    unused: Collection[str] = ()
+    """As in :func:`~.session_files.unread_files`."""
     video: Callable[[Path], Pictures | None] | None = None
     """The frames of a session's video; raises SessionError if they cannot be used."""
 
@@ -231,6 +233,10 @@ class AppFormat:
         camera, found = camera_track(poses, file, settings)
         sensors, odd = sensor_table(self._sensor_rows(reading), self.files.get("sensors", ("",))[0])
         reading.findings += [*found, *odd, *tilt_findings(camera, sensors, file)]
+        if not isinstance(self.poses, Keyframes):
+            reading.findings += unread_files(
+                ref.folder, [path.name for path in self.input_files(ref.folder)], self.unused
+            )
         landmarks = _landmarks(reading, camera)
         tables = {"wifi": mark_repeated(WIFI_LINES.read(b"", "").rows, "bssid"), "sensors": sensors}
         return reading.session(ref.key, replace(camera, pose_lag_s=pose_lag_of(camera, sensors)), landmarks, tables)

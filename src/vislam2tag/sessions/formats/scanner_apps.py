@@ -134,13 +134,21 @@ def _record3d(reading: SessionFiles, key: SessionKey, settings: FindingSettings)
     )
 
 
-register(AppFormat("arkit-data-logger", {"poses": ("ARKit_camera_pose.txt",)}, pose_table(_ARKIT.read)))
+register(
+    AppFormat(
+        "arkit-data-logger",
+        {"poses": ("ARKit_camera_pose.txt",)},
+        pose_table(_ARKIT.read),
+        unused=("arkit_point_cloud",),
+    )
+)
 register(
     AppFormat(
         "ios-logger",
         {"poses": ("ARposes.txt",), "sensors": ("Accel.txt",), "rates": ("Gyro.txt",), "frames": ("Frames.txt",)},
         pose_table(_IOS_POSES.read),
         readings={"sensors": Readings(_IOS_READINGS, force=AXES), "rates": Readings(_IOS_READINGS, rate=AXES)},
+        unused=("gps", "head", "magnet", "motarh", "motion", "motmagnnorth"),
         video=_ios_video,
     )
 )
