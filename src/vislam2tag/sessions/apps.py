@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -202,7 +203,7 @@ class AppFormat:
     """Files of frames, or what reads rows of poses in our axes, such as a :func:`pose_table`."""
     readings: Mapping[str, Readings] = field(default_factory=dict)
     """By role."""
-    unused: Collection[str] = ()
+    unused: re.Pattern[str] = re.compile("")
     """As in :func:`~.session_files.unread_files`."""
     video: Callable[[Path], Pictures | None] | None = None
     """The frames of a session's video; raises SessionError if they cannot be used."""

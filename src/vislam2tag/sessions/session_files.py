@@ -201,16 +201,16 @@ _OURS = frozenset({"truth.csv", "fixes.csv", "sightings.csv"})
 """Files that this program reads beside those of any app."""
 
 
-def unread_files(folder: Path, read: Collection[str], unused: Collection[str]) -> list[Finding]:
+def unread_files(folder: Path, read: Collection[str], unused: re.Pattern[str]) -> list[Finding]:
     """Report the tables in a recording's folder that its reader does not open, in one finding.
 
-    ``unused`` names the app's files that contain nothing that this program uses, in lower case without suffix.
+    ``unused``: names of the app's files that contain nothing that this program uses, in lower case without suffix.
     """
     found = [
         path.name
         for path in sorted(folder.iterdir())
         if path.suffix.lower() in _TABLES and path.name not in read and path.name not in _OURS
-        if not path.name.startswith(".") and path.stem.lower() not in unused and is_file(path)
+        if not path.name.startswith(".") and not unused.fullmatch(path.stem.lower()) and is_file(path)
     ]
     message = (
         f"the recording contains files that are not read: {names_shown(found)}. If they contain readings, export the "
@@ -232,7 +232,7 @@ class FileFormat:
     """Reads a session."""
     further: re.Pattern[str] | None = None
     """Pattern of the names of further files, each of which is a role of its own."""
-    unused: Collection[str] | None = None
+    unused: re.Pattern[str] | None = None
     """As in :func:`unread_files`; None: any further files are usual."""
 
     def names_in(self, folder: Path) -> Mapping[str, tuple[str, ...]]:

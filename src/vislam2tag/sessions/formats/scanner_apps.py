@@ -16,6 +16,7 @@ to level it by.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -139,7 +140,7 @@ register(
         "arkit-data-logger",
         {"poses": ("ARKit_camera_pose.txt",)},
         pose_table(_ARKIT.read),
-        unused=("arkit_point_cloud",),
+        unused=re.compile("arkit_point_cloud"),
     )
 )
 register(
@@ -148,7 +149,7 @@ register(
         {"poses": ("ARposes.txt",), "sensors": ("Accel.txt",), "rates": ("Gyro.txt",), "frames": ("Frames.txt",)},
         pose_table(_IOS_POSES.read),
         readings={"sensors": Readings(_IOS_READINGS, force=AXES), "rates": Readings(_IOS_READINGS, rate=AXES)},
-        unused=("gps", "head", "magnet", "motarh", "motion", "motmagnnorth"),
+        unused=re.compile("gps|head|magnet|mot(arh|ion|magnnorth)"),
         video=_ios_video,
     )
 )

@@ -48,11 +48,9 @@ FILE_NAMES: Mapping[str, tuple[str, ...]] = {
 }
 _BLE_OF_DEVICE = re.compile(r"bluetooth-.+\.csv", re.IGNORECASE)
 """A file for each device that was chosen in the app, ``bluetooth-DB08D33338EF.csv``."""
-_UNUSED = frozenset(
-    "accelerometeruncalibrated activity batterytemp battery brightness compass gyroscopeuncalibrated headphone "
-    "heartrate light location locationgps locationnetwork magnetometeruncalibrated metadata microphone network "
-    "orientation pedometer studymetadata watchbarometer watchcompass watchlocation watchmagnetometer watchmicrophone "
-    "wristmotion".split()
+_UNUSED = re.compile(
+    r"(accelerometer|gyroscope|magnetometer)uncalibrated|activity|battery(temp)?|brightness|compass|headphone|heartrate|"
+    r"light|location(gps|network)?|metadata|microphone|network|orientation|pedometer|studymetadata|watch\w+|wristmotion"
 )
 """Files of the app that contain nothing that this program uses (UNITS.md lists them all)."""
 _NO_POSES = (
