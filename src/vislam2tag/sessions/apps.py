@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.given_files import json_values, read_bytes
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
@@ -226,6 +227,15 @@ class AppFormat:
             return _pictures_of(self.poses, sorted(folder.glob(self.poses.files)))
         return self.video(folder) if self.video else None
 
+    def _may_have_pictures(self, ref: SessionRef) -> bool:
+        """Whether there may be pictures to search for landmarks; those in a zip are not unpacked for reading."""
+        if ref.beside is not None or (self.video is None and not isinstance(self.poses, Keyframes)):
+            return self.video is not None or isinstance(self.poses, Keyframes)
+        try:
+            return self.pictures(ref.folder) is not None
+        except SessionError:
+            return True
+
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings."""
         reading = SessionFiles(ref.folder, {**self.files, **_SIGHTINGS})
@@ -238,7 +248,7 @@ class AppFormat:
             reading.findings += unread_files(
                 ref.folder, [path.name for path in self.input_files(ref.folder)], self.unused
             )
-        landmarks = _landmarks(reading, camera)
+        landmarks = _landmarks(reading, camera, lambda: self._may_have_pictures(ref))
         tables = {"wifi": mark_repeated(WIFI_LINES.read(b"", "").rows, "bssid"), "sensors": sensors}
         return reading.session(ref.key, replace(camera, pose_lag_s=pose_lag_of(camera, sensors)), landmarks, tables)
 
@@ -307,13 +317,15 @@ def _pictures_of(keyframes: Keyframes, files: list[Path]) -> Pictures | None:
     return Pictures(np.array(times), np.array(lenses), files=pictures)
 
 
-def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
+def _landmarks(reading: SessionFiles, camera: CameraTrack, may_have_pictures: Callable[[], bool]) -> LandmarkLog:
     if not reading.has("landmarks"):
         message = (
-            "the session's landmarks are unknown and it cannot be mapped: run `vislam2tag sightings SURVEY` to find "
-            "them in its pictures"
+            "the session's landmarks are unknown: only a plan of its floor can place it. To find landmarks in its "
+            "pictures, run `vislam2tag sightings SURVEY`"
+            if may_have_pictures()
+            else "the session has neither landmarks nor pictures to find them in: only a plan of its floor can place it"
         )
-        reading.note("no_sightings", SIGHTINGS_FILE, message, Severity.ERROR)
+        reading.note("no_sightings", SIGHTINGS_FILE, message)
         return no_landmarks()
     rows = reading.rows("landmarks", FieldTable({**LANDMARK_SCHEMA, "sigma_m": pl.Float64}).read)
     log = reading.noted(landmark_log(_turned_into_acs(rows, camera), SIGHTINGS_FILE, camera))
