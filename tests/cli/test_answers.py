@@ -50,7 +50,7 @@ def test_a_sound_survey_is_sound_in_what_was_looked_at(command: str, surveys: Pa
 @pytest.mark.parametrize("command", ["inspect", "diagnose", "check"])
 def test_excluded_sessions_were_not_looked_at(command: str, surveys: Path) -> None:
     code, judgement = answer_of(command, surveys / "excluded")
-    assert (code, judgement["answer"], judgement["looked_at"]) == (1, "not_looked_at", "")
+    assert (code, judgement["answer"], judgement["looked_at"]) == (3, "not_looked_at", "")
     said = vislam2tag("-q", command, surveys / "excluded").stdout
     assert "not looked at: " in said
     assert "vislam2tag inspect" in said.splitlines()[-1]
@@ -60,7 +60,7 @@ def test_excluded_sessions_were_not_looked_at(command: str, surveys: Path) -> No
 @pytest.mark.parametrize("command", ["diagnose", "check"])
 def test_without_surveyed_landmarks_nothing_can_be_judged(command: str, surveys: Path) -> None:
     code, judgement = answer_of(command, surveys / "unsurveyed")
-    assert (code, judgement["answer"]) == (1, "not_judged")
+    assert (code, judgement["answer"]) == (3, "not_judged")
     assert judgement["why"]
     said = vislam2tag("-q", command, surveys / "unsurveyed", "--jobs", "1").stdout
     assert "could not be judged: " in said
@@ -83,7 +83,7 @@ def test_process_without_a_session_to_map_is_no_success(
     surveys: Path, tmp_path: Path, options: tuple[str, ...]
 ) -> None:
     done = vislam2tag("-q", "process", surveys / "excluded", "--out", tmp_path / "labels", *options)
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert done.stdout.splitlines()[-1] == f"next: vislam2tag inspect {surveys / 'excluded'}"
 
 
@@ -95,7 +95,7 @@ def test_outputs_without_a_table_are_not_called_the_same(surveys: Path, tmp_path
 
 def test_landmarks_of_no_session_are_no_success(surveys: Path, tmp_path: Path) -> None:
     done = vislam2tag("-q", "survey-landmarks", surveys / "excluded", "--out", tmp_path / "landmarks.csv")
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert done.stdout.splitlines()[-1].startswith("next: vislam2tag inspect")
 
 
@@ -103,22 +103,22 @@ def test_a_fleet_of_excluded_sessions_is_no_success(surveys: Path, tmp_path: Pat
     assert vislam2tag("-q", "fleet", "add", tmp_path / "fleet", surveys / "excluded").returncode == 0
     for options in ((), ("--dry-run",)):
         done = vislam2tag("-q", "fleet", "process", tmp_path / "fleet", *options)
-        assert done.returncode == 1, options
+        assert done.returncode == (3 if options else 1)
         assert done.stdout.splitlines()[-1] == f"next: vislam2tag fleet list {tmp_path / 'fleet'}"
 
 
 def test_a_set_without_positions_is_not_trained_on(surveys: Path, tmp_path: Path) -> None:
     made = vislam2tag("-q", "dataset", surveys / "unsurveyed", "--out", tmp_path / "set", "--jobs", "1")
-    assert made.returncode == 1
+    assert made.returncode == 3
     assert "train" not in made.stdout.splitlines()[-1]
     for command in (("split", tmp_path / "set"), ("figures", tmp_path / "set", "--out", tmp_path / "figures")):
         done = vislam2tag("-q", *command)
-        assert done.returncode == 1, command
+        assert done.returncode == 3, command
         assert done.stdout.splitlines()[-1].startswith(f"next: open {tmp_path / 'set' / 'report.html'}")
     plain, again = tmp_path / "plain", tmp_path / "again"
     assert vislam2tag("-q", "export", tmp_path / "set", "--format", "parquet", "--out", plain).returncode == 0
     taken = vislam2tag("-q", "import", plain, "--out", again)
-    assert (open_dataset(again).labelled, taken.returncode) == (0, 1)
+    assert (open_dataset(again).labelled, taken.returncode) == (0, 3)
     assert taken.stdout.splitlines()[-1].startswith(f"next: open {again / 'report.html'}")
 
 

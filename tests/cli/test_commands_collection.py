@@ -28,6 +28,7 @@ from tests.site.site import write_survey
 from tests.studio.receiving.zips import SESSION, digest, session_files, session_zip, signed
 from tests.views.browser import running_browser
 from vislam2tag.cli.app import app
+from vislam2tag.cli.exit_codes import ExitCode
 from vislam2tag.studio.receiving.server import UPLOADS
 
 PLACE = f"floor_4/LG/{SESSION}"
@@ -171,7 +172,7 @@ def test_ctrl_c_amid_an_upload_ends_it_and_keeps_what_came(tmp_path: Path) -> No
 
 def test_a_second_receiver_of_a_survey_is_refused(tmp_path: Path) -> None:
     with receiving(tmp_path):
-        error = the_error(vislam2tag("receive", tmp_path, "--host", "127.0.0.1", "--port", "0"))
+        error = the_error(vislam2tag("receive", tmp_path, "--host", "127.0.0.1", "--port", "0"), ExitCode.RETRY)
     assert "another 'vislam2tag receive'" in error
 
 
@@ -209,7 +210,7 @@ def test_zips_are_not_filed_beside_a_server(tmp_path: Path) -> None:
     path = tmp_path / "good.zip"
     path.write_bytes(session_zip())
     with receiving(tmp_path):
-        assert "another 'vislam2tag receive'" in the_error(vislam2tag("receive", tmp_path, path))
+        assert "another 'vislam2tag receive'" in the_error(vislam2tag("receive", tmp_path, path), ExitCode.RETRY)
 
 
 def test_zips_are_filed_without_a_server(tmp_path: Path) -> None:

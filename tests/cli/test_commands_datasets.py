@@ -116,12 +116,12 @@ def test_wrong_use_is_one_message(labels: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "set").exists()
 
 
-def test_a_walk_without_label_is_exit_code_1(survey: Path, tmp_path: Path) -> None:
+def test_a_set_of_a_walk_without_label_is_exit_code_3(survey: Path, tmp_path: Path) -> None:
     lone = make_survey(tmp_path / "lone", devices=("LG",), seconds=30.0)
     for file in (*lone.glob("floor_0/LG/*/initPoses.csv"), *lone.glob("floor_0/*.jpg")):
         file.unlink()
     done = vislam2tag("dataset", lone, "--out", tmp_path / "set", "--jobs", "1")
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert "session_without_label: 1 " in done.stdout
     assert "failed" in done.stderr
     assert open_dataset(tmp_path / "set").fingerprints.collect()["x"].is_null().all()

@@ -104,7 +104,7 @@ def test_one_id_on_two_floors_of_a_walk_is_told_and_corrected(tmp_path: Path) ->
     ):
         path.write_text("\n".join(re.sub(f"^111{mark}", f"3{mark}", line) for line in path.read_text().split("\n")))
     refused = vislam2tag("process", survey, "--out", tmp_path / "labels", "--jobs", "1")
-    assert refused.returncode == 1
+    assert refused.returncode == 3
     assert "Run `vislam2tag diagnose` to find which sheet it observed when" in refused.stderr
     said = vislam2tag("diagnose", survey, "--apply", "--jobs", "1")
     assert "passed the landmark 3 of floor 1, but another floor has one with this id" in said.stdout
@@ -144,10 +144,10 @@ def test_three_surveyed_landmarks_and_the_walks_do_the_rest(survey: Path, tmp_pa
     assert sum(row["sum_m"] for one in errors for row in one["rows"]) / labelled < 0.6
 
 
-def test_walks_that_nothing_ties_are_1_and_named(survey: Path, tmp_path: Path) -> None:
+def test_walks_that_nothing_ties_are_3_and_named(survey: Path, tmp_path: Path) -> None:
     bare = rewritten(survey, tmp_path / "survey", lambda row: row if row[0] == "5" else [row[0], "", ""])
     done = vislam2tag("survey-landmarks", bare, "--out", tmp_path / "c.csv", "--jobs", "1")
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert done.stdout.count("not related to the survey: ") == 6
     assert "12 landmarks: 1 surveyed, 0 estimated, 11 without a position; 0 of 6 sessions used" in done.stdout
 

@@ -141,12 +141,12 @@ def test_a_truth_that_cannot_be_used_is_named(survey: Path, tmp_path: Path) -> N
     assert "truth.csv: expected" in done.stderr
 
 
-def test_a_survey_of_which_nothing_can_be_compared_is_exit_code_1(survey: Path, tmp_path: Path) -> None:
+def test_a_survey_of_which_nothing_can_be_compared_is_exit_code_3(survey: Path, tmp_path: Path) -> None:
     copy = tmp_path / "survey"
     shutil.copytree(survey, copy)
     for truth in copy.rglob("truth.csv"):
         truth.write_text("nothing\n")
     done = vislam2tag("evaluate", copy, "--out", tmp_path / "out", "--strategy", "local", "--jobs", "1")
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert done.stderr.count("no truth floor 0 / LG") >= 2
     assert "no session could be compared" in done.stderr

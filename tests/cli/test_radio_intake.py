@@ -156,12 +156,12 @@ def test_a_file_that_lost_all_signs_is_no_successful_import(tmp_path: Path) -> N
     folder = wide(tmp_path / "uji", 100)
     (folder / "trainingData.csv").write_text((folder / "trainingData.csv").read_text().replace("-", ""))
     done = vislam2tag("import", folder, "--out", tmp_path / "set")
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert "readings: 0" in done.stdout
     assert "lost_sign" in done.stdout
     assert "no reading of these files is usable; correct the problems above" in done.stderr
     assert "next: " not in done.stdout
-    assert vislam2tag("import", folder, "--out", tmp_path / "set", "--json").returncode == 1
+    assert vislam2tag("import", folder, "--out", tmp_path / "set", "--json").returncode == 3
 
 
 def test_models_of_hashed_addresses_match_in_the_notation_that_was_hashed(place: Path, tmp_path: Path) -> None:

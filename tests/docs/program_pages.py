@@ -12,14 +12,17 @@ from typing import Any, is_typeddict
 import vislam2tag.api as api
 from tests.cli.test_app import command_of
 from vislam2tag.cli.app import COMMANDS
+from vislam2tag.cli.exit_codes import ExitCode
 
 COMMANDS_HEAD = """\
 # Commands
 
 Run `vislam2tag COMMAND --help` for the same text in a terminal. `make docs-pages` writes this page from the program.
 
-Every command ends with exit code 0 if all went well, 1 if a part failed, 2 if it was called wrongly, and 130 if it was
-interrupted.
+## Exit codes
+
+All commands use the same exit codes. The help of a command says what they mean for it.
+
 """
 API_HEAD = """\
 # Python interface
@@ -41,6 +44,7 @@ def commands_page() -> str:
     common = {row for row, count in described.items() if count >= COMMON and row[0].startswith("`-")}
     parts = [
         COMMANDS_HEAD,
+        _lines_of("exit code", [(f"{code.value} `{code.name}`", code.meaning) for code in ExitCode]),
         "\n## Common options\n\nEvery command takes `-h`, `-q` and `-v`; the others are listed with each command.\n\n",
         _table(sorted(common)),
     ]
@@ -95,8 +99,12 @@ def _rows(command: Any) -> list[tuple[str, str]]:
 
 
 def _table(rows: list[tuple[str, str]]) -> str:
+    return _lines_of("option", rows) if rows else ""
+
+
+def _lines_of(head: str, rows: list[tuple[str, str]]) -> str:
     lines = "".join(f"| {names} | {text} |\n" for names, text in rows)
-    return f"| option | meaning |\n| --- | --- |\n{lines}" if rows else ""
+    return f"| {head} | meaning |\n| --- | --- |\n{lines}"
 
 
 def _paragraphs(text: str) -> str:

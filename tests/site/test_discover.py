@@ -105,7 +105,8 @@ DAMAGE: dict[str, tuple[dict[str, str | bytes | None], dict[tuple[str, str], tup
     "bad extents": (
         {"floor_dimensions.csv": "id,width,height\n1,60,32\n4,0,20\n4,x,20\n4,1e7,20\n4,nan,20\n1,5,5\n4,40,20\n"},
         {
-            ("malformed_lines", "floor_dimensions.csv"): (3, 4, 5, 6),
+            ("malformed_lines", "floor_dimensions.csv"): (4, 6),
+            ("implausible_extent", "floor_dimensions.csv"): (3, 5),
             ("duplicate_floor", "floor_dimensions.csv"): (7,),
         },
     ),
@@ -302,8 +303,26 @@ def root(tmp_path: Path) -> Path:
 
 
 def kinds_of(root: Path) -> list[str]:
-    wanted = ("landmarks_off_plan", "walk_twice", "unrecognised_folder")
+    wanted = ("landmarks_off_plan", "implausible_extent", "walk_twice", "unrecognised_folder")
     return [finding.kind for finding in open_survey(root).findings if finding.kind in wanted]
+
+
+@pytest.mark.parametrize(
+    ("scale", "kinds"),
+    [
+        (1.0, []),
+        (1e-5, ["implausible_extent"]),
+        (1000.0, ["implausible_extent", "landmarks_off_plan"]),
+        (1 / 0.3048, ["landmarks_off_plan"]),
+    ],
+)
+def test_landmarks_in_another_unit(root: Path, scale: float, kinds: list[str]) -> None:
+    rows = [f"{i},{x * scale},{y * scale}" for i, (x, y) in enumerate([(0, 0), (38, 2), (39, 19), (3, 18)])]
+    (root / "floor_1" / "marker_dict.csv").write_text("\n".join(["id,x,y", *rows]) + "\n")
+    assert kinds_of(root) == kinds
+    said = [finding.message for finding in open_survey(root).findings if finding.kind == "landmarks_off_plan"]
+    unit = {1000.0: "mm", 1 / 0.3048: "ft"}.get(scale, "")
+    assert all(f"all would be on it in {unit}: " in message for message in said)
 
 
 @pytest.mark.parametrize(("x", "off"), [(40 + BESIDE_M - 0.1, False), (40 + BESIDE_M + 0.1, True), (-9.0, True)])

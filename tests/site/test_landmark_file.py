@@ -18,6 +18,7 @@ from vislam2tag.core.transforms import Similarity2
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.frame_change import FrameChange
+from vislam2tag.site.landmark_file import LANDMARK_FILE, refuse_unreadable
 from vislam2tag.site.landmark_states import (
     LandmarkCounts,
     LandmarkState,
@@ -255,3 +256,16 @@ def test_measured_tables_get_no_finding(table: str, tmp_path: Path) -> None:
     root = survey(tmp_path / "s", table)
     assert kinds(root) == []
     assert np.isfinite(read_site(root)[0].landmarks.position_bcs).all()
+
+
+def test_positions_that_the_reader_skips_are_not_written(tmp_path: Path) -> None:
+    read = kinds_read(tmp_path, 999_999.0), kinds_read(tmp_path, 5_430_000.0)
+    assert ["non_finite_values" in kinds for kinds in read] == [False, True]
+    refuse_unreadable(tmp_path / LANDMARK_FILE, ["1"], np.array([(3.0, 999_999.0)]))
+    with pytest.raises(OutputError, match=r"marker_dict.csv: nothing was written to it, because the coordinates of 1"):
+        refuse_unreadable(tmp_path / LANDMARK_FILE, ["1"], np.array([(3.0, 5_430_000.0)]))
+
+
+def kinds_read(folder: Path, y_m: float) -> set[str]:
+    survey = write_survey(folder / f"{y_m:.0f}", {"floor_1/marker_dict.csv": f"id,x,y\n1,3,{y_m}\n"})
+    return {finding.kind for finding in open_survey(survey).findings}

@@ -22,7 +22,7 @@ lengths = st.floats(0.01, 1e5)
 places = st.tuples(metres, metres)
 two_points = st.tuples(places, places).filter(lambda ends: ends[0] != ends[1])
 names = st.text(max_size=12)
-sides = st.floats(0.01, MAX_FLOOR_M)
+sides = st.floats(1.0, MAX_FLOOR_M)
 extents = st.builds(Extent, width_m=sides, height_m=sides, lower_left_m=places)
 distances = st.builds(
     lambda ends, metres, corner: ScaleDistance.model_validate(

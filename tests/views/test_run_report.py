@@ -218,7 +218,7 @@ def test_uncertainty_errors_events_and_contradictions_are_told(tmp_path: Path) -
 
 def test_without_truth_the_page_says_so_and_what_to_do(tmp_path: Path) -> None:
     page = page_of_one(tmp_path, errors=None)
-    assert "There is no ground truth for these walks" in page
+    assert "No label was compared with ground truth" in page
     assert "<code>vislam2tag check SURVEY</code>" in page
     assert 'class="plot chart"' not in page
 

@@ -181,6 +181,8 @@ def test_joining_helps_where_much_is_unsure(summary: Summary) -> None:
     assert not joining_helps(several.model_copy(update={"frames": {"ok": 92, "uncertain": 8}}))
     assert not joining_helps(several.model_copy(update={"frames": {"ok": 50, "tracking_lost": 50}}))
     assert not joining_helps(several.model_copy(update={"sessions": 1}))
+    assert not joining_helps(several.model_copy(update={"frames": {"no_mapping": 100}})), "no walk has a landmark"
+    assert joining_helps(several.model_copy(update={"frames": {"no_mapping": 90, "ambiguous": 10}})), "there is a plan"
 
 
 def test_failures_come_first_and_long_lists_end(summary: Summary) -> None:

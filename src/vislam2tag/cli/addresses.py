@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 
 import typer
 
+from vislam2tag.cli.exit_codes import OUTPUT_IS_WHOLE
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.store import address_of, store_at
@@ -90,7 +91,7 @@ def take_addresses(command: Any, name: str) -> Any:
             try:
                 work(**here)
             except typer.Exit as end:
-                if end.exit_code not in (0, 1):
+                if end.exit_code not in OUTPUT_IS_WHOLE:
                     raise
                 ended = end  # what was made is whole, whatever was odd
         if ended is not None:

@@ -18,6 +18,7 @@ from typer.core import TyperCommand, TyperGroup
 
 import vislam2tag
 from vislam2tag.cli.addresses import take_addresses
+from vislam2tag.cli.exit_codes import ExitCode, code_of_error
 from vislam2tag.cli.records import help_of
 from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
@@ -296,7 +297,7 @@ _DAMAGED_TABLE = "an input table is damaged; create it again or copy it again"
 
 
 def main() -> None:
-    """Run the command line; errors of ours end it with exit code 2 and one message on standard error."""
+    """Run the command line; errors of ours end it with one message on standard error."""
     search_seldom()
     with native_output_last():
         _run()
@@ -309,26 +310,26 @@ def _run() -> None:
         app()
     except KeyboardInterrupt:
         say("interrupted", err=True)
-        sys.exit(130)
+        sys.exit(ExitCode.INTERRUPTED)
     except ModuleNotFoundError as error:
         if (needed := missing_extra(error)) is None:
             raise
         say(f"error: this {needed}", err=True)
-        sys.exit(2)
+        sys.exit(ExitCode.USAGE)
     except Vislam2tagError as error:
         say(f"error: {error}", err=True)
-        sys.exit(2)
+        sys.exit(code_of_error(error))
     except Exception as error:  # its traceback is logged, or shown here
         if said := _about_a_file(error) or _about_a_table(error):
             say(f"error: {said}", err=True)
-            sys.exit(2)
+            sys.exit(code_of_error(error))
         _print_unexpected(error)
-        sys.exit(1)
+        sys.exit(ExitCode.FAILURES)
     except BaseException as error:
         if type(error).__name__ != "PanicException":  # Polars', over damage that its own checks miss
             raise
         say(f"error: {_DAMAGED_TABLE}", err=True)
-        sys.exit(2)
+        sys.exit(ExitCode.USAGE)
 
 
 def _about_a_file(error: Exception) -> str | None:

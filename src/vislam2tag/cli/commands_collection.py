@@ -192,8 +192,8 @@ def inspect_command(
 
     Lists floors, sessions and all findings, with file, lines and how the program handled each. Nothing is written.
 
-    Exit code: 0 nothing is wrong, 1 a finding is an error, a session cannot be read or mapped, or all are excluded, 2
-    not a survey. Warnings do not change the exit code.
+    Exit code: 0 nothing is wrong, 1 a finding is an error, or a session cannot be read or mapped, 2 not a survey, 3 all
+    sessions are excluded. Warnings do not change the exit code.
 
     \b
     Examples:
@@ -203,7 +203,8 @@ def inspect_command(
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with session_bar("sessions") as bar:
         inspection = api.inspect(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)
-    answer(inspection, json, lambda: _print(inspection, survey), failed=not inspection.usable)
+    nothing = inspection.judgement.answer is Answer.NOT_LOOKED_AT
+    answer(inspection, json, lambda: _print(inspection, survey), failed=not inspection.usable, nothing=nothing)
 
 
 def _print(inspection: api.Inspection, survey: Path) -> None:

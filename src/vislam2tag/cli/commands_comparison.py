@@ -57,7 +57,7 @@ def split_command(given: SplitOptions) -> None:
     Lists the splits of the data set: each fold, its size, and the distance in place and time between test and training
     fingerprints. With --by it makes another split and saves it. docs/reference/splits.md describes the kinds.
 
-    Exit code: 0 listed or made, 1 there is no split, 2 wrong usage, no data set, or the data do not allow the split,
+    Exit code: 0 listed or made, 2 wrong usage, no data set, or the data do not allow the split, 3 there is no split,
     130 interrupted.
 
     \b
@@ -79,7 +79,7 @@ def split_command(given: SplitOptions) -> None:
         opened = api.add_split(given.dataset, split)
         shown = {split.info.name: split}
     found = leakage(opened, shown)
-    answer(found, given.json, lambda: _print_split(found, opened, given), failed=not found)
+    answer(found, given.json, lambda: _print_split(found, opened, given), nothing=not found)
 
 
 def _settings(given: SplitOptions) -> SplitSettings:

@@ -109,8 +109,8 @@ def dataset_command(given: DatasetOptions) -> None:
     fingerprint is one scan. Its position is the mean of its readings' positions, weighted by their certainty.
     docs/reference/datasets.md describes all columns.
 
-    Exit code: 0 built (see the report for findings), 1 a walk has no label, or no fingerprint has a position, 2 wrong
-    usage or an unusable source, 130 interrupted.
+    Exit code: 0 built (see the report for findings), 1 a walk has no label, 2 wrong usage or an unusable source, 3 no
+    fingerprint has a position, 130 interrupted.
 
     \b
     Examples:
@@ -142,7 +142,9 @@ def dataset_command(given: DatasetOptions) -> None:
     with outputs_of_interrupted(given.out, given.labels):
         dataset = _built(given, settings.dataset, options)
     odd = any(finding.kind == FAILED for finding in dataset.info.findings)
-    answer(dataset.info, given.json, lambda: _print_dataset(dataset, given.out), failed=odd or not dataset.labelled)
+    answer(
+        dataset.info, given.json, lambda: _print_dataset(dataset, given.out), failed=odd, nothing=not dataset.labelled
+    )
 
 
 def _field_work(people: int | None, hours: float | None) -> api.FieldWork | None:
@@ -216,7 +218,7 @@ def figures_command(
     points of a fingerprint, RSSI by device, sigma, and fingerprints over time. Table III is written as CSV, Markdown
     and LaTeX. coverage.json contains the coverage of each floor and the shortest walk that fills its gaps.
 
-    Exit code: 0 written, 1 no fingerprint has a position, 2 wrong usage or no data set, 130 interrupted.
+    Exit code: 0 written, 2 wrong usage or no data set, 3 no fingerprint has a position, 130 interrupted.
 
     \b
     Examples:
@@ -228,7 +230,7 @@ def figures_command(
     settings = settings_of(config, {"coverage.cell_m": cell_m, "coverage.radius_m": radius_m}).coverage
     with session_bar("figures") as bar:
         made = api.figures(dataset, out, settings, starts, bar.count, follow_links=follow_links)
-    answer(made, json, lambda: _print_figures(made, out, dataset), failed=not made.floors)
+    answer(made, json, lambda: _print_figures(made, out, dataset), nothing=not made.floors)
 
 
 def _print_figures(made: api.CoverageRecord, out: Path, dataset: Path) -> None:

@@ -61,9 +61,9 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     If nothing is wrong, the output names what was checked. If no walk passes enough landmarks, it says that nothing
     could be judged.
 
-    Exit code: 0 nothing is wrong, 1 a mistake was found, a session cannot be read, or nothing could be judged, 2 wrong
-    usage or not a survey, 130 interrupted. With --apply and --revert: 0 if that was done. A survey whose walks need no
-    landmarks, because their floors have plans, also ends with 0.
+    Exit code: 0 nothing is wrong, 1 a mistake was found, or a session cannot be read, 2 wrong usage or not a survey, 3
+    nothing could be judged, or --revert found nothing to remove, 130 interrupted. With --apply and --revert: 0 if that
+    was done. A survey whose walks need no landmarks, because their floors have plans, also ends with 0.
 
     \b
     Examples:
@@ -96,7 +96,8 @@ def diagnose_command(given: DiagnoseOptions) -> None:
         say(f"{given.survey / CORRECTIONS_FILE}: {added}", err=given.json)
     failed = not (_is_sound(found) or (given.apply and lines))
     show = lambda: next_step(_after(found, given.apply), survey=given.survey)
-    answer(found, given.json, show, failed=failed)
+    nothing = failed and found.judgement.answer in (Answer.NOT_JUDGED, Answer.NOT_LOOKED_AT)
+    answer(found, given.json, show, failed=failed, nothing=nothing)
 
 
 def _revert(given: DiagnoseOptions) -> None:
@@ -109,7 +110,7 @@ def _revert(given: DiagnoseOptions) -> None:
         say(f"{file}: {'corrections removed' if removed else 'contains no corrections of --apply'}")
         next_step("diagnose", survey=given.survey)
 
-    answer({"corrections": file, "removed": removed}, given.json, show)
+    answer({"corrections": file, "removed": removed}, given.json, show, nothing=not removed)
 
 
 def _is_sound(found: api.Diagnosis) -> bool:
@@ -183,8 +184,8 @@ def survey_landmarks_command(
     landmarks of all floors. Surveyed positions are not changed. The errors that landmarks share are written beside
     FILE, with the ending .covariance.parquet. `process --landmarks FILE` reads both. The survey is not changed.
 
-    Exit code: 0 estimated, 1 all sessions are excluded, or a session cannot be read or connected to the surveyed
-    landmarks, 2 wrong usage or not a survey, 130 interrupted, nothing written.
+    Exit code: 0 estimated, 1 a session cannot be read or connected to the surveyed landmarks, 2 wrong usage or not a
+    survey, 3 no session could be used, 130 interrupted, nothing written.
 
     \b
     Examples:
@@ -208,7 +209,13 @@ def survey_landmarks_command(
     result = landmark_survey(joint)
     write_completed(result, out, report, shared_errors(joint))
     all_used = bool(result.sessions) and all(session.used for session in result.sessions)
-    answer(result, json, lambda: _print(result, survey, out), failed=not all_used)
+    answer(
+        result,
+        json,
+        lambda: _print(result, survey, out),
+        failed=not all_used,
+        nothing=not any(session.used for session in result.sessions),
+    )
 
 
 def _print(result: LandmarkSurvey, survey: Path, out: Path) -> None:

@@ -156,8 +156,8 @@ def process_command(given: FleetProcessOptions) -> None:
     Settings come from --config, or from the vislam2tag.toml of each survey. After an interruption, run the same command
     on any machine to continue.
 
-    Exit code: 0 all processed, 1 the fleet is empty, a survey cannot be read, or process would end with 1 for it, 2
-    wrong usage, 130 interrupted.
+    Exit code: 0 all processed, 1 a survey cannot be read, or process would end with 1 or 3 for it, 2 wrong usage, 3 the
+    fleet is empty, 130 interrupted.
 
     \b
     Examples:
@@ -176,7 +176,7 @@ def process_command(given: FleetProcessOptions) -> None:
         after = "fleet process, failed" if failed else "fleet process"
         next_step(after, fleet=given.store, page=given.store / "report" / "index.html")
 
-    answer(totals, given.json, show, failed=failed)
+    answer(totals, given.json, show, failed=failed, nothing=not totals.surveys)
 
 
 def _print_dry_run(given: FleetProcessOptions, executor: api.Executor) -> None:
@@ -192,7 +192,7 @@ def _print_dry_run(given: FleetProcessOptions, executor: api.Executor) -> None:
             say(f"{one.survey}: {one.to_process} sessions to process, {one.kept} unchanged{f' ({why})' if why else ''}")
         next_step("fleet process, dry run" if some else "fleet process, failed", fleet=given.store)
 
-    answer(planned, given.json, show, failed=not some)
+    answer(planned, given.json, show, nothing=not some)
 
 
 def _process_with_progress(given: FleetProcessOptions, executor: api.Executor) -> tuple[api.FleetTotals, bool]:

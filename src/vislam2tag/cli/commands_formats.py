@@ -113,8 +113,8 @@ def import_command(given: ImportArguments) -> None:
     Imports all readings, positions, floors, devices and the split of the data. docs/reference/importing.md lists what
     is not imported. The data set also gets the standard splits, statistics and card of `dataset`.
 
-    Exit code: 0 imported (findings are printed and in the manifest), 1 a part of the files was skipped, no reading is
-    usable, or no fingerprint has a position, 2 wrong usage, or files of another format, 130 interrupted.
+    Exit code: 0 imported (findings are printed and in the manifest), 1 a part of the files was skipped, 2 wrong usage,
+    or files of another format, 3 no reading is usable, or no fingerprint has a position, 130 interrupted.
 
     \b
     Examples:
@@ -142,8 +142,8 @@ def import_command(given: ImportArguments) -> None:
     odd = any(finding.severity is Severity.ERROR for finding in dataset.info.findings)
     if given.json and not dataset.measured:
         say(_NOTHING_USABLE, err=True)
-    failed = odd or not dataset.measured or not dataset.labelled
-    answer(dataset.info, given.json, lambda: _print_import(dataset, given.out), failed=failed)
+    nothing = not dataset.measured or not dataset.labelled
+    answer(dataset.info, given.json, lambda: _print_import(dataset, given.out), failed=odd, nothing=nothing)
 
 
 def _print_import(dataset: api.Dataset, out: Path) -> None:

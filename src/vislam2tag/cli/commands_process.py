@@ -82,8 +82,8 @@ def process_command(given: ProcessOptions) -> None:
     that are finished in OUT and unchanged are not processed again. After an interruption, run the same command to
     continue.
 
-    Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, no frame has a
-    position, or landmark ids do not match, 2 wrong usage or not a survey, 130 interrupted.
+    Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, or landmark
+    ids or corrections.toml do not match, 2 wrong usage or not a survey, 3 no frame has a position, 130 interrupted.
 
     \b
     Examples:
@@ -105,7 +105,13 @@ def process_command(given: ProcessOptions) -> None:
         if given.dry_run:
             _print_dry_run(given, settings, executor)
         summary = _process_with_progress(given, settings, executor)
-    answer(summary, given.json, lambda: _print_process(summary, given), failed=summary.problem is not None)
+    answer(
+        summary,
+        given.json,
+        lambda: _print_process(summary, given),
+        failed=summary.problem is not None,
+        nothing=not summary.frames_placed,
+    )
 
 
 def _print_process(summary: api.Summary, given: ProcessOptions) -> None:
@@ -154,7 +160,7 @@ def _print_dry_run(given: ProcessOptions, settings: Settings, executor: api.Exec
         say(f"{count} of {len(found)} sessions would be processed; the others are finished and unchanged")
         next_step("process, dry run", survey=given.survey, out=given.out)
 
-    answer(found, given.json, show, failed=not found)
+    answer(found, given.json, show, nothing=not found)
 
 
 def _process_with_progress(given: ProcessOptions, settings: Settings, executor: api.Executor) -> api.Summary:
@@ -242,8 +248,8 @@ def run_command(
     OUT/dataset (see dataset) and OUT/index.html. Run it again after a correction or a new walk. Finished parts that did
     not change are kept. Each step is also a command with more options.
 
-    Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, no frame has a
-    position, or landmark ids do not match, 2 wrong usage or not a survey, 130 interrupted.
+    Exit code: 0 all sessions mapped (see the report for findings), 1 a session cannot be read or mapped, or landmark
+    ids or corrections.toml do not match, 2 wrong usage or not a survey, 3 no frame has a position, 130 interrupted.
 
     \b
     Examples:
@@ -262,7 +268,13 @@ def run_command(
             progress=lambda step, total: bar.step(f"sessions: {step[0]}", total, step[1]),
             tell=print_warnings,
         )
-    answer(made, json, lambda: _print_run(made, survey, out), failed=made.labels.problem is not None)
+    answer(
+        made,
+        json,
+        lambda: _print_run(made, survey, out),
+        failed=made.labels.problem is not None,
+        nothing=not made.labels.frames_placed,
+    )
 
 
 def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:

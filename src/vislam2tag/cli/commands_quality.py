@@ -67,8 +67,8 @@ def check_command(given: CheckOptions) -> None:
     Of walks that only the floor's plan places, it reports the error that sigma predicts. Files are only written with
     --out.
 
-    Exit code: 0 nothing is wrong, 1 a landmark or known position is wrong, a session cannot be read or mapped, or no
-    session could be judged, 2 wrong usage or not a survey, 130 interrupted.
+    Exit code: 0 nothing is wrong, 1 a landmark or known position is wrong, or a session cannot be read or mapped, 2
+    wrong usage or not a survey, 3 no session could be judged, 130 interrupted.
 
     \b
     Examples:
@@ -94,7 +94,9 @@ def check_command(given: CheckOptions) -> None:
             tell=print_warnings,
         )
     after = _after(found)
-    answer(found, given.json, lambda: _print_check(found, given, after), failed=after != "check")
+    answer(
+        found, given.json, lambda: _print_check(found, given, after), failed=after != "check", nothing=not found.checked
+    )
 
 
 def _after(found: api.SurveyCheck) -> str:
@@ -265,8 +267,8 @@ def evaluate_command(given: EvaluateOptions) -> None:
     evaluation.json, report.html and OUT/trajectories (TUM files, which evo reads). docs/how-to/evaluate.md explains the
     figures.
 
-    Exit code: 0 compared (outliers among control points are named), 1 a session cannot be read or mapped, or none could
-    be compared, 2 wrong usage, not a survey, or no truth, 130 interrupted.
+    Exit code: 0 compared (outliers among control points are named), 1 a session cannot be read or mapped, 2 wrong
+    usage, not a survey, or no truth, 3 no session could be compared, 130 interrupted.
 
     \b
     Examples:
@@ -292,7 +294,7 @@ def evaluate_command(given: EvaluateOptions) -> None:
         )
     if given.json and not found.rows:
         say(_NOTHING_COMPARED, err=True)
-    answer(found, given.json, lambda: _print_evaluate(found, given), failed=bool(found.failed or not found.rows))
+    answer(found, given.json, lambda: _print_evaluate(found, given), failed=bool(found.failed), nothing=not found.rows)
 
 
 def _there(out: Path) -> str:

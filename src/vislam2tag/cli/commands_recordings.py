@@ -56,8 +56,8 @@ def label_command(given: LabelOptions) -> None:
     access points. The uncertainty of the offset is added to sigma. Otherwise pass --offset-s. An offset that is not
     clear is refused.
 
-    Exit code: 0 labelled, 1 no row has a position, 2 wrong usage, no labels, or times that cannot be interpreted,
-    130 interrupted.
+    Exit code: 0 labelled, 2 wrong usage, no labels, or times that cannot be interpreted, 3 no row has a position, 130
+    interrupted.
 
     \b
     Examples:
@@ -84,7 +84,7 @@ def label_command(given: LabelOptions) -> None:
     _write(made.table, written)
     found = {"written": written, "rows": made.table.height, "notes": made.notes, "counts": made.counts}
     labelled = made.table["x_m"].count()
-    answer(found, given.json, lambda: _print_label(made, labelled, written, given.labels), failed=not labelled)
+    answer(found, given.json, lambda: _print_label(made, labelled, written, given.labels), nothing=not labelled)
 
 
 def _print_label(made: api.TableLabels, labelled: int, written: Path, labels: Path) -> None:
@@ -199,8 +199,8 @@ def sightings_command(
     Writes sightings.csv into each session's folder, which `process` reads. The recording is not changed. See
     docs/how-to/iphone.md.
 
-    Exit code: 0 all sessions done, 1 a session has no usable images, or none was searched, 2 wrong usage or not a
-    survey, 130 interrupted.
+    Exit code: 0 all sessions done, 1 a session has no usable images, 2 wrong usage or not a survey, 3 no session could
+    be searched, 130 interrupted.
 
     \b
     Examples:
@@ -227,9 +227,10 @@ def sightings_command(
             lambda one, total: bar.advance(total, one.error or None),
             lambda stage, total: bar.reach(stage.done, total),
         )
-    failed = any(one.error for one in found) or all(one.skipped and not one.landmarks for one in found)
-    after = "sightings, failed" if failed else "sightings"
-    answer(found, json, lambda: _print_sightings(found, survey, after), failed=failed)
+    failed = any(one.error for one in found)
+    nothing = all(one.skipped and not one.landmarks for one in found)
+    after = "sightings, failed" if failed or nothing else "sightings"
+    answer(found, json, lambda: _print_sightings(found, survey, after), failed=failed, nothing=nothing)
 
 
 def _print_sightings(found: Sequence[api.SightingsFound], survey: Path, after: str) -> None:

@@ -128,8 +128,6 @@ def texts_of(record: type[FiniteRecord]) -> dict[str, str]:
     return texts
 
 
-INTERRUPTED = 130
-"""Exit code of a command ended by Ctrl-C, as shells have it."""
 ALL_CORES = os.cpu_count() or 1
 
 SurveyFolder: TypeAlias = Annotated[Path, typer.Argument(help="Survey folder (with floor_K/DEVICE/SESSION below).")]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from vislam2tag.cli.options import INTERRUPTED
+from vislam2tag.cli.exit_codes import ExitCode
 from vislam2tag.cli.terminal import print_line, progress_is_shown, say, visible_console
 from vislam2tag.common.errors import Vislam2tagError
 from vislam2tag.common.files.store import shown
@@ -132,7 +132,7 @@ def interrupted_with(there: str | Callable[[], str]) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         say(f"interrupted: {there if isinstance(there, str) else there()}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+        raise typer.Exit(ExitCode.INTERRUPTED) from None
 
 
 @contextmanager

@@ -15,6 +15,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 import typer
 
+from vislam2tag.cli.exit_codes import ExitCode
 from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.visible_text import visible
 
@@ -49,13 +50,18 @@ def say_json(result: object) -> None:
     say(to_json(result, indent=1, inf_nan_mode="null", fallback=_plain).decode())
 
 
-def answer(result: object, as_json: bool, show: Callable[[], None], *, failed: bool = False) -> None:
-    """End a command: print its result as JSON or let ``show`` print it, and exit with 1 if something failed."""
+def answer(
+    result: object, as_json: bool, show: Callable[[], None], *, failed: bool = False, nothing: bool = False
+) -> None:
+    """End a command: print its result as JSON or let ``show`` print it, and exit.
+
+    ``failed`` says that a part failed, ``nothing`` that nothing useful was done.
+    """
     if as_json:
         say_json(result)
     else:
         show()
-    raise typer.Exit(1 if failed else 0)
+    raise typer.Exit(ExitCode.NOTHING if nothing else ExitCode.FAILURES if failed else ExitCode.DONE)
 
 
 def _plain(value: Any) -> Any:

@@ -44,6 +44,10 @@ class StoreConflictError(StoreError):
     """Another program has written the object meanwhile."""
 
 
+class StoreUnansweredError(StoreError):
+    """No one knows whether what was asked for was done."""
+
+
 class UsageError(Vislam2tagError):
     """An option has a value that cannot work."""
 

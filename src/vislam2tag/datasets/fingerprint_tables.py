@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -27,6 +27,7 @@ from vislam2tag.datasets.format_registry import ExportFormat, ImportContext, Imp
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.datasets.point_fingerprints import PointFingerprints, floor_infos, point_dataset
 from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
+from vislam2tag.intake.extents import fingerprint_findings, fingerprint_problem, is_far
 from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, LevelRange
 
 LEVELS = "rss"
@@ -56,8 +57,11 @@ class SetDescription:
     """Height of each storey, metres, for data sets that give floors as heights."""
 
     def dataset(self, path: Path, found: SetContent, names: pl.DataFrame = NO_NAMES) -> Dataset:
-        """Make the data set from the content of ``path``; ``names`` as in :func:`point_dataset`."""
-        rows = found.points.rows
+        """Make the data set from the content of ``path``; ``names`` as in :func:`point_dataset`.
+
+        Raises DatasetError if the positions cannot be metres.
+        """
+        rows, odd = _in_metres(path, found.points.rows)
         floors = rows["floor"].drop_nulls().unique()
         elevations_m = {floor: round(self.storey_m * floor, 3) for floor in floors} if self.storey_m else None
         times = "time_ns" in rows.columns and rows["time_ns"].count()
@@ -73,9 +77,20 @@ class SetDescription:
             floors=floor_infos(rows, elevations_m),
             groupings=tuple(Grouping(technology=name, by="scan") for name in technologies),
             sources=(DatasetSource(kind=self.format, name=path.name, version=__version__, inputs=found.inputs),),
-            findings=tuple(found.findings),
+            findings=(*found.findings, *odd),
         )
-        return point_dataset(info, found.points, names)
+        return point_dataset(info, replace(found.points, rows=rows), names)
+
+
+def _in_metres(path: Path, rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Finding]]:
+    """The fingerprints without positions far from all others, and findings; raises DatasetError for another unit."""
+    building = pl.col("building") if "building" in rows.columns else pl.lit("")
+    placed = rows.select(building.fill_null("").alias("building"), pl.col("x", "y").cast(pl.Float64))
+    if problem := fingerprint_problem(placed):
+        raise DatasetError(f"{path}: {problem}")
+    far = placed.select(is_far().fill_null(value=False)).to_series()
+    kept = rows.with_columns(pl.when(~far).then(pl.col(axis)).alias(axis) for axis in ("x", "y"))
+    return kept, fingerprint_findings(placed)
 
 
 @dataclass(frozen=True)

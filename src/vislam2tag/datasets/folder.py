@@ -29,6 +29,7 @@ from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.datasets.privacy import counted_without
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, RTT, SCHEMAS, UNITS
+from vislam2tag.intake.extents import MAX_GRID_M
 from vislam2tag.intake.readings import MASKED, LevelRange, level_findings, masked_addresses, normal_address, strength_of
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.site.links import CURE, outside_link
@@ -87,8 +88,6 @@ _ROWS_A_GROUP = 16_384
 _WINDOWS_A_GROUP = 2_000
 """Rows of ``imu_windows`` contain thousands of numbers each, so groups are smaller."""
 _BYTES_AT_ONCE = 1 << 20
-_GREATEST_M = 1e8
-"""More than the circumference of the Earth, for projected coordinates."""
 
 
 def is_dataset(folder: Path) -> bool:
@@ -359,12 +358,12 @@ def _refuse_far_places(path: Path, table: pl.LazyFrame) -> None:
     """Raise DatasetError if a position is not on Earth, because counting by cells would never end."""
     places = pl.col("x", "y")
     try:
-        far = table.select(pl.any_horizontal((~places.is_between(-_GREATEST_M, _GREATEST_M)).any())).collect().item()
+        far = table.select(pl.any_horizontal((~places.is_between(-MAX_GRID_M, MAX_GRID_M)).any())).collect().item()
     except (OSError, pl.exceptions.PolarsError) as error:
         raise DatasetError(f"{path}: cannot be read ({first_line(error)}); make the data set again") from error
     if far:
         raise DatasetError(
-            f"{path}: contains positions beyond {_GREATEST_M:g} m, or that are not finite; correct the source files"
+            f"{path}: contains positions beyond {MAX_GRID_M:g} m, or that are not finite; correct the source files"
         )
 
 

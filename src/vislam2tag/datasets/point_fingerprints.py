@@ -12,6 +12,7 @@ from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
 from vislam2tag.datasets.model import TEST, Dataset, DatasetInfo, FloorInfo, Fold, Split, SplitInfo
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, SCHEMAS, SESSIONS, in_schema
+from vislam2tag.intake.extents import MAX_GRID_M
 from vislam2tag.site.model import unique_slugs
 
 OFFICIAL = "official"
@@ -24,8 +25,6 @@ COLUMNS: Mapping[str, pl.DataType] = {
     "part": pl.String(),
 }
 """Columns of a fingerprint (see :class:`PointFingerprints`), and their types."""
-GREATEST_M = 1e8
-"""Larger coordinates are errors; those of map projections are below."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ def _identified(rows: pl.DataFrame) -> pl.DataFrame:
         pl.col("building").fill_null(""),
     )
     # An incomplete position counts as none, and so do those of its readings.
-    near = pl.all_horizontal(pl.col(name).is_between(-GREATEST_M, GREATEST_M) for name in ("x", "y"))
+    near = pl.all_horizontal(pl.col(name).is_between(-MAX_GRID_M, MAX_GRID_M) for name in ("x", "y"))
     whole = (pl.col("floor").is_not_null() & near).fill_null(value=False)
     names = filled["session"].unique().sort().to_list()
     slugs = dict(zip(names, unique_slugs(names), strict=True))

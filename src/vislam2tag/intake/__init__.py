@@ -5,7 +5,8 @@ apply these rules and have no ranges of their own, except where the specificatio
 
 - ``readings``: addresses, signal strengths, and the level that means "not heard" in a table.
 - ``time_units``: the unit of times.
+- ``extents``: how far coordinates may be from their origin, and what floors, landmarks and fingerprints may span.
 - ``pose_conventions``: whether poses are those of a walking person, and if not, which other convention explains them;
   ``pose_evidence`` contains the measures for this.
-- ``ids``: comparison of two sets of ids that should name the same things.
+- ``ids``: comparison of two sets of ids that should name the same things, and the closest name for one that is unknown.
 """

@@ -4,13 +4,26 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from os.path import commonprefix
 
 import numpy as np
 
 from vislam2tag.core.arrays import ComplexArray, FloatArray
+
+_SIMILAR = 0.5
+"""Least similarity (difflib's ratio) of a name that is proposed for one that does not exist."""
+
+
+def closest_id(name: str, known: Iterable[str]) -> str | None:
+    """The known name that is most similar to one that does not exist; None if none is similar."""
+    found = get_close_matches(
+        name.casefold(), by_form := {each.casefold(): each for each in sorted(known)}, 1, _SIMILAR
+    )
+    return by_form[found[0]] if found else None
+
 
 MIN_UNKNOWN = 2
 """One unknown id is a new landmark or a slip; from two on, ids may follow another pattern."""

@@ -392,4 +392,6 @@ class Summary(Record):
             return next(iter(self.failures.values()), f"{counted(self.failed, 'session')} could not be read or mapped")
         if self.has_wrong_ids:
             return "walks and landmark tables have different ids; vislam2tag inspect names them"
+        if "unknown_in_corrections" in self.site_findings:
+            return "corrections.toml names something that does not exist"
         return None if self.frames_placed else "no frame has a position"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.given_files import json_values, read_bytes
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
@@ -19,7 +21,7 @@ from vislam2tag.core.transforms import multiply, rotated
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, WIFI_LINES, mark_repeated, sensor_rows, sensor_table
-from vislam2tag.sessions.session_files import SessionFiles, existing_files
+from vislam2tag.sessions.session_files import SessionFiles, existing_files, unread_files
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
@@ -202,6 +204,8 @@ class AppFormat:
     """Files of frames, or what reads rows of poses in our axes, such as a :func:`pose_table`."""
     readings: Mapping[str, Readings] = field(default_factory=dict)
     """By role."""
+    unused: re.Pattern[str] = re.compile("")
+    """As in :func:`~.session_files.unread_files`."""
     video: Callable[[Path], Pictures | None] | None = None
     """The frames of a session's video; raises SessionError if they cannot be used."""
 
@@ -223,6 +227,15 @@ class AppFormat:
             return _pictures_of(self.poses, sorted(folder.glob(self.poses.files)))
         return self.video(folder) if self.video else None
 
+    def _may_have_pictures(self, ref: SessionRef) -> bool:
+        """Whether there may be pictures to search for landmarks; those in a zip are not unpacked for reading."""
+        if ref.beside is not None or (self.video is None and not isinstance(self.poses, Keyframes)):
+            return self.video is not None or isinstance(self.poses, Keyframes)
+        try:
+            return self.pictures(ref.folder) is not None
+        except SessionError:
+            return True
+
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings."""
         reading = SessionFiles(ref.folder, {**self.files, **_SIGHTINGS})
@@ -231,7 +244,11 @@ class AppFormat:
         camera, found = camera_track(poses, file, settings)
         sensors, odd = sensor_table(self._sensor_rows(reading), self.files.get("sensors", ("",))[0])
         reading.findings += [*found, *odd, *tilt_findings(camera, sensors, file)]
-        landmarks = _landmarks(reading, camera)
+        if not isinstance(self.poses, Keyframes):
+            reading.findings += unread_files(
+                ref.folder, [path.name for path in self.input_files(ref.folder)], self.unused
+            )
+        landmarks = _landmarks(reading, camera, lambda: self._may_have_pictures(ref))
         tables = {"wifi": mark_repeated(WIFI_LINES.read(b"", "").rows, "bssid"), "sensors": sensors}
         return reading.session(ref.key, replace(camera, pose_lag_s=pose_lag_of(camera, sensors)), landmarks, tables)
 
@@ -300,13 +317,15 @@ def _pictures_of(keyframes: Keyframes, files: list[Path]) -> Pictures | None:
     return Pictures(np.array(times), np.array(lenses), files=pictures)
 
 
-def _landmarks(reading: SessionFiles, camera: CameraTrack) -> LandmarkLog:
+def _landmarks(reading: SessionFiles, camera: CameraTrack, may_have_pictures: Callable[[], bool]) -> LandmarkLog:
     if not reading.has("landmarks"):
         message = (
-            "the session's landmarks are unknown and it cannot be mapped: run `vislam2tag sightings SURVEY` to find "
-            "them in its pictures"
+            "the session's landmarks are unknown: only a plan of its floor can place it. To find landmarks in its "
+            "pictures, run `vislam2tag sightings SURVEY`"
+            if may_have_pictures()
+            else "the session has neither landmarks nor pictures to find them in: only a plan of its floor can place it"
         )
-        reading.note("no_sightings", SIGHTINGS_FILE, message, Severity.ERROR)
+        reading.note("no_sightings", SIGHTINGS_FILE, message)
         return no_landmarks()
     rows = reading.rows("landmarks", FieldTable({**LANDMARK_SCHEMA, "sigma_m": pl.Float64}).read)
     log = reading.noted(landmark_log(_turned_into_acs(rows, camera), SIGHTINGS_FILE, camera))

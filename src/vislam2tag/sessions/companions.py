@@ -101,7 +101,7 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
     if not tables:
         raise SessionError(f"{path}: contains no readings")
     lines, rows = (sum(getattr(file, what) for file in session.files) for what in ("lines", "rows"))
-    odd = tuple(each for each in session.findings if each.kind in KINDS)
+    odd = tuple(each for each in session.findings if each.kind in KINDS | {"unread_file"})
     return OtherRecording(tables, _taps(session), f"a recording of {name}", None, lines, rows, odd)
 
 

@@ -19,6 +19,7 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.sessions.session_landmarks import other_ids_findings
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.corrections.file import Corrections, read_corrections
+from vislam2tag.site.corrections.unknown import unknown_landmarks
 from vislam2tag.site.landmark_states import LandmarkCounts
 from vislam2tag.site.links import Link, link_findings, links_in
 from vislam2tag.site.model import Floor, SessionRef, Survey
@@ -133,7 +134,10 @@ def _inspection(root: Path, survey: Survey, finding_settings: FindingSettings, p
         sessions.append(_session_overview(survey, ref, corrections, finding_settings))
     progress(len(survey.sessions), len(survey.sessions))
     links = tuple(links_in(root))
-    findings = (*survey.findings, *_id_findings(survey, sessions), *link_findings(links))
+    whole = not any(one.excluded or one.error for one in sessions)
+    seen = {name for one in sessions for name in one.landmarks_seen}
+    unknown = unknown_landmarks(corrections, survey.site, seen, ()) if whole else []
+    findings = (*survey.findings, *unknown, *_id_findings(survey, sessions), *link_findings(links))
     return Inspection(
         survey=str(root),
         floors=tuple(_floor(survey, floor) for floor in survey.site.floors),

@@ -268,6 +268,9 @@ def _damaged_poses(session: Session) -> list[Finding]:
     return []
 
 
+_ESTIMATE = ", or estimate them from the walks (process --together, survey-landmarks)"
+
+
 def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: Sequence[str] = ()) -> list[Finding]:
     """Report landmarks that were seen but have no surveyed position among ``landmarks``, which the session may use.
 
@@ -276,20 +279,21 @@ def landmarks_without_position(log: LandmarkLog, landmarks: Landmarks, unused: S
     unknown = [name for name in log.ids if name not in landmarks.surveyed_ids and name not in unused]
     planned = [name for name in unknown if name in landmarks.planned_ids]
     missing = [name for name in unknown if name not in planned]
+    # Without any surveyed landmark, there is nothing to estimate positions from.
+    estimate = _ESTIMATE if landmarks.surveyed_ids else ""
     odd: tuple[tuple[FindingKind, Sequence[str], str], ...] = (
         (
             "planned_landmarks",
             planned,
             f"landmarks {', '.join(planned)} were observed, but their positions are only planned (vislam2tag plan), "
-            "so they are not used: measure them (vislam2tag register), estimate them from the walks (process "
-            "--together, survey-landmarks), or use the planned positions with --use-planned",
+            f"so they are not used: measure them (vislam2tag register){estimate}, or use the planned positions with "
+            "--use-planned",
         ),
         (
             "landmark_without_position",
             missing,
             f"landmarks {', '.join(missing)} were observed but have no surveyed position; only the smoother uses "
-            "them, with less weight: add them to marker_dict.csv, or estimate them from the walks (process "
-            "--together, survey-landmarks)",
+            f"them, with less weight: add their positions to marker_dict.csv{estimate}",
         ),
         (
             "landmark_of_other_floor",

@@ -26,7 +26,8 @@ from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.session_files import named_alike, unpacked
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections, read_corrections
-from vislam2tag.site.corrections.landmarks import unused_corrections, with_control_points_corrected
+from vislam2tag.site.corrections.landmarks import with_control_points_corrected
+from vislam2tag.site.corrections.unknown import unused_corrections
 from vislam2tag.site.discover import landmarks_off_plan, read_site, session_folders, walks_twice, zip_of
 from vislam2tag.site.landmark_states import planned_findings
 from vislam2tag.site.links import is_from_outside

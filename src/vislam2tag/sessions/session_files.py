@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -15,7 +16,7 @@ from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.given_files import plain, read_bytes
-from vislam2tag.common.findings import Finding, FindingKind, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted, normal_uuids
@@ -33,6 +34,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Parser, RawTable
+from vislam2tag.site.landmark_states import names_shown
 from vislam2tag.site.model import SessionKey, SessionRef
 from vislam2tag.site.site_table import is_file
 
@@ -93,7 +95,7 @@ class SessionFiles:
         try:
             data = read_bytes(self.folder / names[0])
         except OSError as error:
-            consequence, severity = (MISSING | _OPTIONAL)[role]
+            consequence, severity = (MISSING | _OPTIONAL).get(role, ("its rows are skipped", Severity.WARNING))
             message = f"cannot be opened ({error.strerror}): {consequence}; check its permissions"
             self.note("unreadable_file", names[0], message, Severity.ERROR if role == "landmarks" else severity)
             return names[0], b""
@@ -193,6 +195,30 @@ def existing_files(folder: Path, names: Mapping[str, tuple[str, ...]]) -> list[P
     return [path for path in paths if is_file(path)]
 
 
+_TABLES = frozenset({".csv", ".db", ".json", ".sqlite", ".txt", ".xlsx"})
+"""Suffixes of files that may contain readings."""
+_OURS = frozenset({"truth.csv", "fixes.csv", "sightings.csv"})
+"""Files that this program reads beside those of any app."""
+
+
+def unread_files(folder: Path, read: Collection[str], unused: re.Pattern[str]) -> list[Finding]:
+    """Report the tables in a recording's folder that its reader does not open, in one finding.
+
+    ``unused``: names of the app's files that contain nothing that this program uses, in lower case without suffix.
+    """
+    found = [
+        path.name
+        for path in sorted(folder.iterdir())
+        if path.suffix.lower() in _TABLES and path.name not in read and path.name not in _OURS
+        if not path.name.startswith(".") and not unused.fullmatch(path.stem.lower()) and is_file(path)
+    ]
+    message = (
+        f"the recording contains files that are not read: {names_shown(found)}. If they contain readings, export the "
+        "recording with one table for each sensor, under the names that the app gives them. Otherwise no action needed"
+    )
+    return list(finding_if(len(found), "unread_file", message, severity=Severity.WARNING))
+
+
 @dataclass(frozen=True)
 class FileFormat:
     """A format whose sessions are folders with files of known names."""
@@ -204,18 +230,34 @@ class FileFormat:
     """Whether a folder is a session of this format."""
     session: Callable[[SessionFiles, SessionKey, FindingSettings], Session]
     """Reads a session."""
+    further: re.Pattern[str] | None = None
+    """Pattern of the names of further files, each of which is a role of its own."""
+    unused: re.Pattern[str] | None = None
+    """As in :func:`unread_files`; None: any further files are usual."""
+
+    def names_in(self, folder: Path) -> Mapping[str, tuple[str, ...]]:
+        """Names of each role's file, with the further files that are there."""
+        if self.further is None:
+            return self.files
+        there = sorted(path.name for path in folder.iterdir() if self.further.fullmatch(path.name))
+        return {**self.files, **{name: (name,) for name in there}}
 
     def input_files(self, folder: Path) -> list[Path]:
         """The files that :meth:`read` looks at, as far as they are there."""
-        return existing_files(folder, self.files)
+        return existing_files(folder, self.names_in(folder))
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; problems are findings, only a SessionError may escape."""
-        return self.session(SessionFiles(ref.folder, self.files), ref.key, settings)
+        names = self.names_in(ref.folder)
+        session = self.session(SessionFiles(ref.folder, names), ref.key, settings)
+        if self.unused is None:
+            return session
+        unread = unread_files(ref.folder, {name for each in names.values() for name in each}, self.unused)
+        return replace(session, findings=(*session.findings, *unread))
 
     def read_track(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read what the tracker and the walker said; raises as :meth:`read`."""
-        return self.session(SessionFiles(ref.folder, self.files, track_only=True), ref.key, settings)
+        return self.session(SessionFiles(ref.folder, self.names_in(ref.folder), track_only=True), ref.key, settings)
 
 
 @contextmanager
@@ -246,7 +288,11 @@ def unpacked(
             within = inner(names).relative_to(names)
             files = None if read is None else read(names / within)
             wanted = None if files is None else {PurePosixPath(each.relative_to(names).as_posix()) for each in files}
+            tables = [each.name for each in (names / within).iterdir() if each.suffix.lower() in _TABLES]
         folder = Folder.at(folder_of(packed, scratch, wanted=wanted) / within).make()
+        for name in tables:
+            if not (folder / name).exists():
+                folder.create(name)  # empty, so that the reader can name it as not read
         for path in ref.folder.iterdir() if ref.folder.is_dir() else ():
             if path.is_file():
                 folder.copy(path, path.name)

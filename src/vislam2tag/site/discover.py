@@ -15,7 +15,9 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.whole_output import restore
 from vislam2tag.common.findings import Finding, Severity, finding_if
-from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
+from vislam2tag.core.arrays import FloatArray
+from vislam2tag.intake.extents import floor_findings, landmark_findings, span_m
+from vislam2tag.site.corrections.file import CORRECTIONS_FILE, UNITS_M, Corrections
 from vislam2tag.site.floors import (
     MASK_FILE,
     ROOMS_FILE,
@@ -76,10 +78,12 @@ def read_site(
     else:
         described = has_site_file(root)
         folders, findings = _numbered_folders(root) if described else floor_folders(root)
-        floors, floor_findings = described_floors(root, folders) if described else _published_floors(root, folders)
-        findings += floor_findings
+        floors, of_floors = described_floors(root, folders) if described else _published_floors(root, folders)
+        findings += of_floors
         folders = {floor.number: folders.get(floor.number, root / f"floor_{floor.number}") for floor in floors}
         rows, problems = read_site_landmarks(root, folders, default_sigma_m, landmark_file)
+    sides = {each.number: (each.width_m, each.height_m) for each in floors if each.width_m and each.height_m}
+    findings += floor_findings(SITE_FILE if has_site_file(root) else FLOOR_FILE, sides)
     landmarks = landmarks_from(rows)
     if landmark_file is not None:
         landmarks = with_shared_errors(landmarks, landmark_file)
@@ -259,6 +263,8 @@ def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
 
 BESIDE_M = 5.0
 """Landmarks further beside the plan than this hang on no wall of it."""
+MIN_SPREAD = 0.2
+"""Landmarks in their true unit are spread over at least this share of the plan's longer side."""
 POSES = ("poses.csv", "CameraPose.csv")
 """Names of the file that distinguishes walks."""
 LEAST_BYTES = 10_000
@@ -266,7 +272,8 @@ LEAST_BYTES = 10_000
 
 
 def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
-    """Find floors of which landmarks lie far off the plan: in another unit or frame, or with x and y exchanged.
+    """Find floors whose landmarks span too little or too much, or lie far off the plan: they are in another unit or
+    frame, or x and y are exchanged.
 
     Floors whose whole table is corrected are left out.
     """
@@ -274,20 +281,41 @@ def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
     found: list[Finding] = []
     for floor in site.floors:
         here, extent_m = site.landmarks.on_floor(floor.number), floor.extent_m
-        if extent_m is None or floor.number in corrected:
+        if floor.number in corrected:
+            continue
+        sides = None if extent_m is None else (extent_m[1] - extent_m[0], extent_m[3] - extent_m[2])
+        found += landmark_findings(floor.number, here.position_bcs, sides)
+        if extent_m is None:
             continue
         left, right, low, high = extent_m
         x, y = here.position_bcs.T
         beside_m = np.maximum.reduce((left - x, x - right, low - y, y - high))
         off = [here.ids[i] for i in np.flatnonzero(here.surveyed & (beside_m > BESIDE_M)).tolist()]
+        unit = _unit_on_plan(here.position_bcs[here.surveyed], extent_m)
         message = (
             f"{len(off)} of {len(here.ids)} landmarks of floor {floor.number} ({names_shown(off)}) are more than "
             f"{BESIDE_M:g} m outside its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} "
             "m. Check that they are in metres, from the plan's origin, x before y. To detect wrong units and "
             "mirrored tables from the walks, run vislam2tag diagnose"
+            if unit is None
+            else f"landmarks of floor {floor.number} ({names_shown(off)}) are outside its plan, and all would be on it "
+            f"in {unit}: write them in metres, or add [[landmark_units]] with floor = {floor.number} and unit = "
+            f"'{unit}' to corrections.toml"
         )
         found += finding_if(len(off), "landmarks_off_plan", message, severity=Severity.WARNING)
     return found
+
+
+def _unit_on_plan(position_bcs: FloatArray, extent_m: tuple[float, float, float, float]) -> str | None:
+    """The unit in which all positions (k, 2) would be on a plan, and be spread over it; None if there is none."""
+    left, right, low, high = extent_m
+    least, greatest = np.array((left, low)) - BESIDE_M, np.array((right, high)) + BESIDE_M
+    spread_m = MIN_SPREAD * max(right - left, high - low)
+    for unit, metres in UNITS_M.items():
+        placed = position_bcs * metres
+        if ((placed >= least) & (placed <= greatest)).all() and span_m(placed) >= spread_m:
+            return unit
+    return None
 
 
 def walks_in_no_floor(folders: Sequence[Path]) -> list[Finding]:

@@ -20,9 +20,9 @@ from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import Similarity2
+from vislam2tag.intake.extents import MAX_LOCAL_M
 from vislam2tag.site.model import Floor, Site, landmark_id
 from vislam2tag.site.plans.drawing import affine
-from vislam2tag.site.plans.source import GREATEST_M
 from vislam2tag.site.site_table import CONTROL_POINTS, LANDMARKS, finite_or_none, readable_table
 
 CHANGE_FILE = "rebase.toml"
@@ -32,7 +32,7 @@ _HEAD = (
 )
 _LEAST_SCALE, _GREATEST_SCALE = 1e-3, 1e3
 """Between millimetres and kilometres for metres; beyond, a number is mistyped."""
-_Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
+_Metres = Annotated[FiniteFloat, Field(ge=-MAX_LOCAL_M, le=MAX_LOCAL_M)]
 
 
 class FrameChange(Record):

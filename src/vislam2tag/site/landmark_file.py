@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError
 from vislam2tag.common.files.table_files import parquet_bytes, read_parquet
 from vislam2tag.common.findings import Finding, FindingKind, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns, of_landmarks
 from vislam2tag.core.limits import MAX_CONTROL_POINTS, MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.intake.extents import MAX_LOCAL_M, too_far
 from vislam2tag.site.landmark_states import (
     StateRow,
     SurveyedLandmark,
@@ -45,8 +46,6 @@ from vislam2tag.site.site_table import (
 
 LANDMARK_FILE = "marker_dict.csv"
 CONTROL_POINT_FILE = "refmarker.csv"
-GREATEST_M = 1e6
-"""No building reaches this far from the origin of its plan: such a coordinate is a fault, its square might overflow."""
 USUAL_HEADING_SIGMA_RAD = 0.05
 """Standard deviation of a surveyed heading whose file gives none: as a sheet is held against a wall."""
 GREATEST_FLOOR = 999_999
@@ -58,7 +57,7 @@ _MESSAGES: dict[FindingKind, str] = {
         "file for several floors, a floor; these rows are skipped: correct them"
     ),
     "non_finite_values": (
-        f"coordinates must be finite and at most {GREATEST_M:g} m; these rows are skipped: correct them (vislam2tag "
+        f"coordinates must be finite and at most {MAX_LOCAL_M:g} m; these rows are skipped: correct them (vislam2tag "
         "register --control converts those of a national grid)"
     ),
     "duplicate_landmarks": "an id may appear only once on a floor; the first row is used: remove the others",
@@ -157,6 +156,12 @@ def read_completed_file(
     return found, findings
 
 
+def refuse_unreadable(path: Path, names: Sequence[str], position_bcs: FloatArray) -> None:
+    """Raise OutputError if positions (n, 2) that are to be written to a site's file would be skipped by its readers."""
+    if problem := too_far(names, position_bcs):
+        raise OutputError(f"{path}: nothing was written to it, because {problem}")
+
+
 def table_path(path: Path) -> Path:
     """The file of this name, or the XLSX that is there in its place."""
     other = path.with_suffix(XLSX)
@@ -208,7 +213,7 @@ def _landmark_of(
     )
     floor_text = table.cell(fields, "floor")
     floor = _floor_number(floor_text) if floor_text else folder_floor
-    bad_sigma = any(value is not None and not 0 < value <= GREATEST_M for value in (sigma, heading_sigma))
+    bad_sigma = any(value is not None and not 0 < value <= MAX_LOCAL_M for value in (sigma, heading_sigma))
     if not name or floor is None or math.isnan(x) != math.isnan(y) or bad_sigma:
         raise ValueError(f"'{name}' is not a usable landmark")
     return SurveyedLandmark(
@@ -229,7 +234,7 @@ def _coordinate(text: str) -> float:
     value = number_or_none(text)
     if value is None:
         return math.nan
-    return value if abs(value) <= GREATEST_M else math.inf
+    return value if abs(value) <= MAX_LOCAL_M else math.inf
 
 
 def _floor_number(text: str) -> int:
@@ -280,7 +285,7 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     for line, fields in table.rows:
         with suppress(ValueError):
             x, y = (finite_or_none(field) for field in fields[:2])
-            if x is not None and y is not None and max(abs(x), abs(y)) <= GREATEST_M:
+            if x is not None and y is not None and max(abs(x), abs(y)) <= MAX_LOCAL_M:
                 points[line] = x, y
     if len(points) > MAX_CONTROL_POINTS:
         message = f"{len(points):,} control points, but a floor may have at most {MAX_CONTROL_POINTS:,}; none is used"
@@ -289,7 +294,7 @@ def read_control_points(root: Path, folder: Path) -> tuple[ControlPoints, list[F
     ids = tuple(str(i) for i in range(len(points)))
     wrong = [line for line, _ in table.rows if line not in points]
     message = (
-        f"a row must be two finite numbers, x,y, of at most {GREATEST_M:g} m; these rows are skipped: correct them"
+        f"a row must be two finite numbers, x,y, of at most {MAX_LOCAL_M:g} m; these rows are skipped: correct them"
     )
     findings = [*table.findings, *at_lines_if("malformed_lines", table.file, wrong, message)]
     return ControlPoints(ids, positions, tuple(table.place(line) for line in points)), findings

@@ -16,16 +16,16 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record
-from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.core.transforms import Similarity2
+from vislam2tag.intake.extents import FLOOR, MAX_LOCAL_M
 from vislam2tag.site.georeference import Georeference, georeference_in_grid
 from vislam2tag.site.model import landmark_id
-from vislam2tag.site.plans.source import GREATEST_M, PlanSource
+from vislam2tag.site.plans.source import PlanSource
 from vislam2tag.site.site_table import FLOORS, LineCounts, SiteTable, finite_or_none, read_site_table, unreadable_file
 
 SITE_FILE = "site.toml"
 _HEAD = "# The building: its floors, their plans and frames. Entries are explained in {}\n"
-_Metres = Annotated[FiniteFloat, Field(ge=-GREATEST_M, le=GREATEST_M)]
+_Metres = Annotated[FiniteFloat, Field(ge=-MAX_LOCAL_M, le=MAX_LOCAL_M)]
 
 
 class Relation(Record):
@@ -144,8 +144,11 @@ FLOOR_FILE = "floor_dimensions.csv"
 _CONSEQUENCE = "the floors' extents are unknown and are taken from the data"
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
-        f"a row needs a whole floor number, and a width and height above 0 and at most {MAX_FLOOR_M:,.0f} m; these "
-        "rows are skipped: correct them"
+        "a row needs a whole floor number, and numbers for width and height; these rows are skipped: correct them"
+    ),
+    "implausible_extent": (
+        f"the width and height of a floor must be {FLOOR.least_m:g} to {FLOOR.greatest_m:,.0f} m; these rows are "
+        "skipped: write them in metres"
     ),
     "duplicate_floor": "a floor may have only one row; the first is used: remove the others",
 }
@@ -182,7 +185,9 @@ def read_floor_file(root: Path) -> tuple[dict[int, FloorRow], list[Finding]]:
         except ValueError:
             counts.add("malformed_lines", line)
             continue
-        if number in floors:
+        if FLOOR.refuses(row.width_m) or FLOOR.refuses(row.height_m):
+            counts.add("implausible_extent", line)
+        elif number in floors:
             counts.add("duplicate_floor", line)
         else:
             floors[number] = row
@@ -195,9 +200,9 @@ def _unusable(kind: FindingKind, problem: str, lines: tuple[int, ...] = ()) -> F
 
 def _floor_row(table: SiteTable, fields: tuple[str, ...]) -> tuple[int, FloorRow]:
     width, height, elevation = (finite_or_none(table.cell(fields, name)) for name in ("width", "height", "elevation"))
-    if width is None or height is None or not (0 < width <= MAX_FLOOR_M and 0 < height <= MAX_FLOOR_M):
-        raise ValueError("width and height must be positive and not larger than a building")
-    if elevation is not None and abs(elevation) > GREATEST_M:
+    if width is None or height is None:
+        raise ValueError("width and height must be numbers")
+    if elevation is not None and abs(elevation) > MAX_LOCAL_M:
         raise ValueError("no building has so many floors")
     number = int(landmark_id(table.cell(fields, "id")))
     return number, FloorRow(width, height, elevation, table.cell(fields, "name"))

@@ -19,6 +19,7 @@ from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKin
 from vislam2tag.site.corrections import edits
 from vislam2tag.site.corrections.conflicts import merged
 from vislam2tag.site.corrections.file import Corrections
+from vislam2tag.site.corrections.unknown import CHANGES_NOTHING
 from vislam2tag.site.model import Survey
 from vislam2tag.studio import work_messages
 from vislam2tag.studio.messages import Point, seen_as
@@ -108,7 +109,7 @@ def correction_tables() -> work_messages.CorrectionTables:
 
 def _entries(text: str, survey: Survey) -> list[work_messages.Entry]:
     """Entries of the survey's text, with the reason if one has no effect."""
-    idle = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
+    idle = [finding.message for finding in survey.findings if finding.kind in CHANGES_NOTHING]
     return [
         seen_as(
             work_messages.Entry,

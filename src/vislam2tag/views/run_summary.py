@@ -224,14 +224,9 @@ ADVICE: Mapping[str, str] = MappingProxyType(
 """Remedies for causes that a walker can avoid."""
 _ELSE = "see the session's details"
 MAPPED_TOGETHER = ("smoother", "floor-plan")
-OTHERS_HELP = (
-    Status.UNCERTAIN,
-    Status.NO_MAPPING,
-    Status.AMBIGUOUS,
-    Status.TOO_SHORT,
-    Status.FITS_MIRROR,
-    Status.FITS_OTHER_FLOOR,
-)
+_BY_PLAN = (Status.AMBIGUOUS, Status.TOO_SHORT, Status.FITS_MIRROR, Status.FITS_OTHER_FLOOR)
+"""Statuses of frames that a plan may place."""
+OTHERS_HELP = (Status.UNCERTAIN, Status.NO_MAPPING, *_BY_PLAN)
 """Statuses of frames that other walks of the floor may make certain."""
 MUCH = 0.1
 """Suggest joint processing from this share of uncertain frames."""
@@ -328,9 +323,13 @@ def _lost(summary: Summary) -> Iterator[Problem]:
 
 
 def may_join(summary: Summary) -> bool:
-    """Whether walks were processed separately, but could constrain one another."""
+    """Whether walks were processed separately, but could constrain one another.
+
+    They need a walk with a position, or one that a plan may place.
+    """
     joined = "told_by_others" in summary.findings or "one_place_helps" in summary.site_findings
-    return summary.strategy in MAPPED_TOGETHER and summary.sessions > 1 and not joined
+    placeable = summary.frames_placed or any(summary.frames.get(status.label) for status in _BY_PLAN)
+    return summary.strategy in MAPPED_TOGETHER and summary.sessions > 1 and not joined and bool(placeable)
 
 
 def joining_helps(summary: Summary) -> bool:

@@ -248,6 +248,14 @@ def test_presses_without_control_points_say_so(survey: Path, tmp_path: Path) -> 
 
 def test_without_any_truth_nothing_is_begun(tmp_path: Path) -> None:
     bare = make_survey(tmp_path / "survey", devices=("LG",))
+    for points in bare.rglob("refmarker.csv"):
+        points.unlink()
+    (elsewhere := tmp_path / "truth").mkdir()
+    (elsewhere / "walk.tum").write_text("0 1 2 0 0 0 0 1\n")
+    with pytest.raises(
+        SurveyError, match=r"found walk.tum. Rename the files, or remove --truth to use the truth files"
+    ):
+        evaluate(bare, tmp_path / "out", truth=elsewhere)
     for name in ("truth.csv", "refmarker.csv"):
         for path in bare.rglob(name):
             path.unlink()

@@ -134,9 +134,9 @@ def test_check_states_the_sigma_of_walks_without_landmarks(without_landmarks: Pa
 def test_check_and_diagnose_fail_without_landmarks_and_plan(survey: Path) -> None:
     plan_of(survey).unlink()
     done = vislam2tag("check", survey)
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert "or a plan of its floor with walls" in done.stderr
-    assert vislam2tag("diagnose", survey).returncode == 1
+    assert vislam2tag("diagnose", survey).returncode == 3
     assert vislam2tag("inspect", survey).returncode == 1
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -67,6 +69,40 @@ def test_radio_readings_pressure_and_annotations(tmp_path: Path) -> None:
     assert found["malformed_lines"].lines == (4,)
     assert "vislam2tag attach" in found["no_frames"].message
     assert hash_inputs(ref_of(tmp_path)) == {file.name: file.sha256 for file in session.files}
+
+
+def test_advertisements_of_single_devices_get_their_names(tmp_path: Path) -> None:
+    write(tmp_path, "Metadata.csv", "platform")
+    for last in ("01", "02"):
+        rows = [f"{START_NS + i},0,-7{i},C2:00:00:00:00:{last}" for i in range(3)]
+        write(tmp_path, f"bluetooth-C200000000{last}.csv", "rssi,id", *rows)
+    assert format_of(tmp_path) == "sensor-logger"
+    write(tmp_path, "BluetoothMetadata.csv", "id,name", f"{START_NS},0,C2:00:00:00:00:02,beacon")
+    session = read_session(ref_of(tmp_path))
+    ble = session.tables["ble"]
+    assert ble["rssi_dbm"].to_list() == [-70, -71, -72] * 2
+    assert ble["name"].to_list() == [""] * 3 + ["beacon"] * 3
+    assert hash_inputs(ref_of(tmp_path)) == {file.name: file.sha256 for file in session.files}
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_files_that_are_not_read_are_named_once(tmp_path: Path, packed: bool) -> None:
+    folder = tmp_path / "walk"
+    folder.mkdir()
+    recording(folder, "android")
+    for usual in ("Battery.csv", "Location.csv", "truth.csv"):
+        write(folder, usual, "x")
+    assert "unread_file" not in {each.kind for each in read_session(ref_of(folder)).findings}
+    write(folder, "Combined.csv", "x")
+    write(folder, "2024-01-01.json", "x")
+    ref = ref_of(folder)
+    if packed:
+        archive = Path(shutil.make_archive(str(folder), "zip", folder))
+        shutil.rmtree(folder)
+        ref = replace(ref, packed=archive)
+    (unread,) = [each for each in read_session(ref).findings if each.kind == "unread_file"]
+    assert unread.count == 2
+    assert "2024-01-01.json, Combined.csv" in unread.message
 
 
 def test_fixes_make_a_walk_of_it(tmp_path: Path) -> None:

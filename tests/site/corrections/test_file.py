@@ -8,12 +8,11 @@ import pytest
 
 from tests.mutations import mutate, some_or_many
 from tests.site.site import write_survey
-from tests.walks import landmarks_at
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import Corrections, read_corrections, session_start
-from vislam2tag.site.corrections.landmarks import unused_corrections
-from vislam2tag.site.model import SessionKey, Site
+from vislam2tag.site.corrections.unknown import CHANGES_NOTHING
+from vislam2tag.site.model import SessionKey
 
 KEY = SessionKey(0, "LG", "2022-01-14T16:35:30")
 EXAMPLE = """
@@ -98,6 +97,9 @@ def test_no_file_means_no_corrections(tmp_path: Path) -> None:
         ("[[exclude_landmark]]\nid='1'\nflor=1\n", r"flor: unknown name, check the spelling"),
         ("[[exclude_landmark]]\nid='1'\n[[exclude_landmark]]\nid='2'\nfloor='1'\n", "number 2, floor: .*valid integer"),
         ("[[unknown]]\nid='1'\n", r"\[\[unknown\]\]"),
+        ("[[exclude_landmarks]]\nid='1'\n", r"check the spelling \(the closest name is exclude_landmark\)"),
+        ("[[exclude_span]]\nfrom=1\n", r"number 1, from: .* \(the closest name is from_s\)"),
+        ("[[move_landmark]]\nid=1\nx=1\ny=2\nform=1\n", r"number 1, form: .* \(the closest name is from\)"),
         ("exclude_landmark = 3\n", r"\[\[exclude_landmark\]\]: each entry must start with its name in double brackets"),
         ("not toml", "the file is not valid TOML"),
         ("a = '\x00'", "the file is not valid TOML"),
@@ -133,41 +135,6 @@ def test_selectors_choose_sessions_with_or_without_colons(tmp_path: Path) -> Non
 def test_a_move_holds_for_its_period_only(tmp_path: Path, session: str, applies: bool) -> None:
     (move,) = corrections_of(tmp_path, EXAMPLE).move_landmark
     assert move.applies(SessionKey(0, "LG", session)) is applies
-
-
-def test_entries_for_landmarks_of_a_floor_without_sessions_may_have_an_effect(tmp_path: Path) -> None:
-    marks = landmarks_at({"10": (1, 1)})
-    marks.floor[:] = 3
-    site = Site((), marks)
-    entry = "[[move_landmark]]\nid = 10\nfloor = {}\nx = 5\ny = 6\n"
-    assert unused_corrections(corrections_of(tmp_path, entry.format(3)), [KEY], site) == []
-    assert len(unused_corrections(corrections_of(tmp_path, entry.format(4)), [KEY], site)) == 1
-
-
-def test_a_floor_that_lacks_the_landmark_is_a_finding(tmp_path: Path) -> None:
-    survey = open_survey(write_survey(tmp_path, {}))
-    entry = f"[[set_landmark_floor]]\nid = {survey.site.landmarks.ids[0]!r}\nto = 77\n"
-    keys = [ref.key for ref in survey.sessions]
-    (finding,) = unused_corrections(corrections_of(tmp_path, entry), keys, survey.site)
-    assert "in the file of floor 77" in finding.message
-    known = entry.replace("77", str(survey.site.landmarks.floor[0]))
-    assert unused_corrections(corrections_of(tmp_path, known), keys, survey.site) == []
-
-
-def test_entries_that_match_nothing_are_findings(tmp_path: Path) -> None:
-    text = EXAMPLE + "[[move_landmark]]\nid = '99'\nx = 1\ny = 2\n"
-    survey = open_survey(write_survey(tmp_path, {"corrections.toml": text}))
-    messages = [finding.message for finding in survey.findings if finding.kind == "unused_correction"]
-    assert len(messages) == 1
-    assert "[[move_landmark]] number 2 has no effect: there is no landmark 99 in the files" in messages[0]
-    corrections = corrections_of(tmp_path, EXAMPLE + "[[shift_clock]]\nfloor = 9\ntable = 'wifi'\noffset_s = 1\n")
-    findings = unused_corrections(corrections, [ref.key for ref in survey.sessions], survey.site)
-    assert "[[shift_clock]] number 2 has no effect: no session matches" in findings[-1].message
-
-
-def test_landmarks_that_may_have_been_seen_without_being_surveyed_are_no_findings(tmp_path: Path) -> None:
-    text = "[[exclude_landmark]]\nid = '99'\n[[swap_landmarks]]\nids = ['98', '99']\n"
-    assert open_survey(write_survey(tmp_path, {"corrections.toml": text})).findings == ()
 
 
 @some_or_many
@@ -207,7 +174,7 @@ def test_a_session_is_listed_by_its_true_floor_and_device(tmp_path: Path) -> Non
     after = open_survey(root)
     found = next(ref for ref in after.sessions if ref.folder == moved.folder)
     assert found.key == SessionKey(other, "Galaxy", moved.key.session)
-    assert "unused_correction" not in {finding.kind for finding in after.findings}
+    assert not CHANGES_NOTHING & {finding.kind for finding in after.findings}
     assert {ref.key for ref in others} <= {ref.key for ref in after.sessions}
     (root / "corrections.toml").write_text(f"[[set_floor]]\n{entry}to = 99\n")
     with pytest.raises(SurveyError, match="floor 99"):
@@ -219,6 +186,6 @@ def test_a_control_point_is_moved_for_all_sessions(tmp_path: Path) -> None:
     files = {"floor_1/refmarker.csv": "1,2\n3,4\n"}
     survey = open_survey(write_survey(tmp_path / "a", {**files, "corrections.toml": text.format(1)}))
     assert survey.site.floor(1).control_points.position_bcs.tolist() == [[1, 2], [5.5, 6.5]]
-    assert not [finding for finding in survey.findings if finding.kind == "unused_correction"]
+    assert not CHANGES_NOTHING & {finding.kind for finding in survey.findings}
     survey = open_survey(write_survey(tmp_path / "b", {**files, "corrections.toml": text.format(2)}))
-    assert "floor 1 has no control point 2" in next(f.message for f in survey.findings if f.kind == "unused_correction")
+    assert "floor 1 has no control point 2" in next(f.message for f in survey.findings if f.kind in CHANGES_NOTHING)

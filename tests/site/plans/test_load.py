@@ -118,7 +118,7 @@ def test_wrong_reference_systems(tmp_path: Path) -> None:
             "points are identical",
         ),
         ({"distance": {"from": (1, 1), "to": (1, 1), "metres": 3.0}}, "from and to are the same point"),
-        ({"extent": {"width_m": 0.0, "height_m": 3.0}}, "greater than 0"),
+        ({"extent": {"width_m": 0.0, "height_m": 3.0}}, "greater than or equal to 1"),
         ({"extent": {"width_m": float("nan"), "height_m": 3.0}}, "less than or equal"),
         ({"page": 0}, "greater than or equal to 1"),
         ({"file": "../other/plan.png"}, "is outside the survey; copy it into the survey"),

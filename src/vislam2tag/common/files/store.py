@@ -20,7 +20,14 @@ from itertools import islice
 from pathlib import Path, PurePosixPath
 from typing import IO, Any, TypeVar
 
-from vislam2tag.common.errors import StoreConflictError, StoreError, UsageError, first_line, import_extra
+from vislam2tag.common.errors import (
+    StoreConflictError,
+    StoreError,
+    StoreUnansweredError,
+    UsageError,
+    first_line,
+    import_extra,
+)
 from vislam2tag.common.files.folder import Folder, scratch_folder
 
 SCHEMES = {"s3": "S3", "gs": "Google Cloud Storage", "az": "Azure Blob Storage", "memory": "memory"}
@@ -147,10 +154,6 @@ _UNANSWERED = re.compile("kind: (Timeout|Interrupted)")
 """In what obstore says of a request that was sent, and and it is unknown whether it was done."""
 _WAITS_S = (0.1, 0.3, 1.0, 3.0)
 """Before each further try of a conditional write that was not answered, which obstore itself does not repeat."""
-
-
-class _UnansweredError(StoreError):
-    """No one knows whether what was asked for was done."""
 
 
 @dataclass(frozen=True)
@@ -299,7 +302,7 @@ class Store:
                 if there is None or there.data != content or not (notes or {}).items() <= there.notes.items():
                     raise
                 return there.version
-            except _UnansweredError:
+            except StoreUnansweredError:
                 wait_s = next(waits_s, None)
                 if wait_s is None:
                     raise
@@ -363,7 +366,7 @@ class Store:
             self.delete([probe])
 
     def _error(self, name: str, what: str, error: Exception) -> StoreError:
-        kind = _UnansweredError if _UNANSWERED.search(str(error)) else StoreError
+        kind = StoreUnansweredError if _UNANSWERED.search(str(error)) else StoreError
         return kind(f"{f'{self.address}/{name}'.rstrip('/')}: cannot be {what}: {cause_of(error)}")
 
     def _found(self, name: str, ask: Callable[[str], _Answer]) -> _Answer | None:

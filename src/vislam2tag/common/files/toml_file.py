@@ -6,10 +6,13 @@ import datetime as dt
 import json
 import re
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import TypeVar
+from types import NoneType
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.given_files import read_toml_values
@@ -37,17 +40,34 @@ def read_toml(path: Path, record: type[Made]) -> Made:
     except OSError as error:
         raise SurveyError(f"{path}: cannot be read: {error.strerror}") from error
     except ValidationError as error:
-        raise SurveyError(f"{path}: {first_problem(error)}") from error
+        raise SurveyError(f"{path}: {first_problem(error, record)}") from error
     except ValueError as error:
         raise SurveyError(f"{path}: the file is not valid TOML: {error}; correct or remove it") from error
 
 
-def first_problem(error: ValidationError) -> str:
-    """Say which entry of a TOML file is wrong first, and why."""
+def first_problem(error: ValidationError, record: type[BaseModel]) -> str:
+    """Say which entry of the TOML file of a record is wrong first, and why."""
     problem = error.errors()[0]
     wrong = _WORDING.get(problem["type"], problem["msg"].removeprefix("Value error, "))
+    if problem["type"] == "extra_forbidden":
+        near = get_close_matches(str(problem["loc"][-1]), _names_beside(record, problem["loc"]), 1, 0.0)
+        wrong += f" (the closest name is {near[0]})" if near else ""
     place = _place(problem["loc"], isinstance(problem["input"], list) or problem["type"] == "tuple_type")
     return f"{place}{': ' if place else ''}{wrong}{'' if problem['type'] == 'missing' else '; correct or remove it'}"
+
+
+def _names_beside(record: Any, loc: Sequence[int | str]) -> list[str]:
+    """Names that could be in place of the last one of a path of names and numbers; none if its types do not show it."""
+    for part in loc[:-1]:
+        if isinstance(part, str):
+            record = next((field.annotation for name, field in _fields(record) if name == part), None)
+        record = next((kind for kind in (get_args(record) or [record]) if kind is not NoneType), None)
+    return [name for name, _ in _fields(record)]
+
+
+def _fields(record: Any) -> list[tuple[str, FieldInfo]]:
+    """Fields of a record by the names that they have in the file."""
+    return [(field.alias or name, field) for name, field in getattr(record, "model_fields", {}).items()]
 
 
 def _place(loc: Sequence[int | str], is_list: bool) -> str:

@@ -19,12 +19,12 @@ from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.given_files import read_bytes, read_json
 from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity
 from vislam2tag.core.arrays import BoolArray, FloatArray
-from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.datasets.fingerprints import radio_rows
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ImportContext, ImportFormat, register
 from vislam2tag.datasets.logged_walks import FARTHEST_M, LoggedWalk, Waypoints, walks_dataset
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Storey
+from vislam2tag.intake.extents import FLOOR
 from vislam2tag.sessions.formats.ilc20 import parse_trace
 from vislam2tag.site.model import floor_number, unique_slugs
 
@@ -123,8 +123,8 @@ def _extent(path: Path) -> tuple[float, float]:
     try:
         extent = read_json(path)["map_info"]
         width_m, height_m = float(extent["width"]), float(extent["height"])
-        if not (0 < width_m <= MAX_FLOOR_M and 0 < height_m <= MAX_FLOOR_M):
-            raise ValueError("the floor is implausibly large")
+        if FLOOR.refuses(width_m) or FLOOR.refuses(height_m):
+            raise ValueError("the floor is implausibly large or small")
         return width_m, height_m
     except (OSError, ValueError, KeyError, TypeError, OverflowError) as error:
         raise DatasetError(

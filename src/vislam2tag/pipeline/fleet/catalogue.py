@@ -162,7 +162,7 @@ class Fleet:
                 return totals_of(table)
         if missing is not None:
             raise self._unusable(missing, "missing")
-        raise StoreError(
+        raise StoreConflictError(
             f"{shown(self.root)}: other programs keep changing the catalogue; run again when they have ended"
         )
 

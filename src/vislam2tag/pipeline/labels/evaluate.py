@@ -35,6 +35,7 @@ from vislam2tag.quality.evaluation.metrics import dense_csv, latex_text, rows_cs
 from vislam2tag.quality.evaluation.odd_truth import judgement_of_points, odd_points
 from vislam2tag.quality.evaluation.record import SessionEvaluation, SurveyEvaluation
 from vislam2tag.quality.evaluation.trajectory_files import READERS
+from vislam2tag.site.landmark_states import names_shown
 from vislam2tag.views.quality_pages import write_evaluation_page
 
 PROGRAM = "vislam2tag evaluate"
@@ -78,7 +79,7 @@ def evaluate(
     survey, refs, output = opened.survey, opened.refs, OutputFolder(out)
     tasks = opened.tasks(refs)
     todo = [EvaluationJob(task, settings, names, truth, output, clock_drift) for task in tasks]
-    _refuse_without_truth(survey.root, todo)
+    _refuse_without_truth(survey.root, todo, truth)
     opened.refuse_output(out, output.own().stems)
     run = run_record(survey.root, opened.landmark_file, settings) | {
         "selection": dataclasses.asdict(opened.selection),
@@ -120,9 +121,19 @@ def _evaluated(
     return found
 
 
-def _refuse_without_truth(root: Path, todo: Sequence[EvaluationJob]) -> None:
-    """Raise SurveyError before the work if no session can have a truth."""
-    if not any(_may_have_truth(job) for job in todo):
+def _refuse_without_truth(root: Path, todo: Sequence[EvaluationJob], folder: Path | None) -> None:
+    """Raise SurveyError before the work if no session can have a truth, which may be in a ``folder`` of its own."""
+    if any(_may_have_truth(job) for job in todo):
+        return
+    if folder is not None and todo:
+        there = sorted(path.name for path in folder.iterdir())
+        own = any((job.ref.folder / f"truth{suffix}").is_file() for job in todo for suffix in READERS)
+        raise SurveyError(
+            f"--truth {folder}: no file has the name of a session: expected names like {todo[0].ref.slug}.tum (or "
+            f"{', '.join(READERS)}), and found {names_shown(there) or 'no file'}. Rename the files"
+            + (", or remove --truth to use the truth files in the sessions' folders" if own else "")
+        )
+    if todo:
         raise SurveyError(
             f"{root}: there is no ground truth to compare labels with. Add control points (floor_K/refmarker.csv, and "
             "refMarker.csv in the sessions), a total station's track (tachy.csv) or a truth file (truth.csv, .tum, "

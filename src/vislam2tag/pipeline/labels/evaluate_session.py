@@ -182,6 +182,8 @@ def _dense_truth(job: EvaluationJob, session: Session, found: TruthComparisons) 
         found.missing.append(str(error))
         return None
     if truth is None:
+        if job.truth is not None:
+            found.missing.append(f"--truth {job.truth}: there is no file {job.ref.slug}.tum, or with another suffix")
         return None
     found.findings += truth.findings
     time_ns = session.camera.time_ns[session.camera.usable]

@@ -39,6 +39,7 @@ from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
 from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
+from vislam2tag.site.corrections.unknown import unknown_landmarks
 from vislam2tag.site.discover import site_files
 from vislam2tag.site.frame_change import CHANGE_FILE
 from vislam2tag.site.links import is_described_from_outside, shared_survey
@@ -201,10 +202,13 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     settings, folder = run.settings, run.folder
     slugs, looked_at = [ref.slug for ref in refs], {ref.slug for ref in thinned(refs)}
     passes: dict[str, PassesRecord] = {}
+    seen, uses = set[str](), set[str]()
 
     def results() -> Iterator[SessionResult]:
         for result in folder.results(slugs):
             each(result)
+            seen.update(result.landmarks_logged)
+            uses.update(result.corrections)
             if result.slug in looked_at and result.passes is not None:
                 passes[result.slug] = result.passes
             yield result
@@ -214,6 +218,8 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     summary = summarise(results(), settings.strategy, __version__)
     faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
     new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
+    if len(refs) == len(run.survey.sessions) and not summary.failed:
+        new += unknown_landmarks(run.tasks[0].corrections, run.survey.site, seen, uses)
     survey = dataclasses.replace(shown, findings=(*shown.findings, *new))
     said = {
         "faults": [fault.summary for fault in faults],

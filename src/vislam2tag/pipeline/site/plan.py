@@ -30,7 +30,7 @@ from vislam2tag.preparation.planning.records import (
 )
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors
-from vislam2tag.site.landmark_file import LANDMARK_FILE, table_path
+from vislam2tag.site.landmark_file import LANDMARK_FILE, refuse_unreadable, table_path
 from vislam2tag.site.landmark_states import write_states
 from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
 from vislam2tag.site.model import Floor, Site
@@ -188,6 +188,8 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         if not floor.landmarks:
             continue
         path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
+        places = np.array([(one.x_m, one.y_m) for one in floor.landmarks])
+        refuse_unreadable(path, [one.id for one in floor.landmarks], places)
         try:
             before = _landmark_text(site_folder, path)
         except OSError as error:

@@ -12,9 +12,12 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
+from vislam2tag.intake.extents import MAX_GRID_M, refused_positions
 from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import NOT_UTF8, XLSX, Line, LineCounts, decoded, sheet_lines
@@ -258,14 +261,12 @@ def _from_header(table: TextTable, fields: Sequence[str]) -> tuple[dict[PointCol
     return found | {PointColumn.EAST: named[east], PointColumn.NORTH: named[north]}, [finding]
 
 
-GREATEST_M = 1e8
-"""National grids reach some ten thousand kilometres."""
 _MESSAGES: dict[FindingKind, str] = {
     "malformed_lines": (
         "a row needs the name of a point and numbers for E and N (H may be empty, and a sigma must be above 0); "
         "these rows are skipped: correct them"
     ),
-    "non_finite_values": f"coordinates must be at most {GREATEST_M:g} m; these rows are skipped: correct them",
+    "non_finite_values": f"coordinates must be at most {MAX_GRID_M:g} m; these rows are skipped: correct them",
 }
 
 
@@ -283,7 +284,7 @@ def read_points(
     counts = LineCounts(table.file)
     rows: list[Measurement] = []
     for line, row in parsed(table.rows[header_rows:], counts, partial(_point, table, columns)):
-        if max(abs(row.place.real), abs(row.place.imag)) > GREATEST_M:
+        if max(abs(row.place.real), abs(row.place.imag)) > MAX_GRID_M:
             counts.add("non_finite_values", line)
         else:
             rows.append(row)
@@ -293,6 +294,9 @@ def read_points(
             f"{path}: no line is a point (the first is line {last[0]}, '{table.separator.join(last[1])}'); expected "
             "point, E, N, H separated by ; , tab or blanks, or name the columns with --columns"
         )
+    places = np.array([(one.place.real, one.place.imag) for one in rows])
+    if problem := refused_positions([one.point for one in rows], places):
+        raise SurveyError(f"{path}: {problem}")
     return rows, [*table.findings, *findings, *counts.findings(_MESSAGES)]
 
 

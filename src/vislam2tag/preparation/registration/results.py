@@ -23,7 +23,7 @@ from vislam2tag.preparation.registration.record import (
     StationRow,
 )
 from vislam2tag.preparation.registration.tape_and_clicks import Click
-from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, table_path
+from vislam2tag.site.landmark_file import CONTROL_POINT_FILE, LANDMARK_FILE, refuse_unreadable, table_path
 from vislam2tag.site.landmark_states import LandmarkState, StateRow, read_states
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import (
@@ -226,6 +226,7 @@ def landmark_text(root: Path, folder: Path, floor: int, landmarks: Sequence[Regi
     if table.header and (problem := table.missing_columns(LANDMARKS)) is not None:
         raise SurveyError(f"{folder / LANDMARK_FILE}: {problem}")
     wanted = {one.point: one for one in landmarks}
+    refuse_unreadable(folder / LANDMARK_FILE, list(wanted), np.array([(one.x_m, one.y_m) for one in landmarks]))
     header += [name for name in _OPTIONAL if name not in header and any(_cells(one)[name] for one in landmarks)]
     rows: list[list[str]] = []
     changed: list[str] = []

@@ -10,9 +10,9 @@ from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, FindingKind
+from vislam2tag.intake.extents import MAX_LOCAL_M
 from vislam2tag.preparation.registration.point_file import TextTable, parsed, read_text_table
 from vislam2tag.preparation.registration.record import RegistrationSettings
-from vislam2tag.site.landmark_file import GREATEST_M
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import Line, LineCounts
 
@@ -202,7 +202,7 @@ def _click(table: TextTable, settings: RegistrationSettings, line: int, fields: 
     """A row's floor and click."""
     name, number = landmark_id(fields[0]), int(fields[1])
     x, y, screen_m, plan_m = (table.number(field) for field in fields[2:6])
-    if not name or not max(abs(x), abs(y)) <= GREATEST_M or not (screen_m > 0 and plan_m > 0):
+    if not name or not max(abs(x), abs(y)) <= MAX_LOCAL_M or not (screen_m > 0 and plan_m > 0):
         raise ValueError(f"line {line} is not a click")
     return number, Click(name, complex(x, y), click_sigma_m(screen_m, plan_m, settings), table.place(line))
 

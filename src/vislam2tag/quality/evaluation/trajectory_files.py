@@ -16,7 +16,8 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.status import has_position
 from vislam2tag.core.tracks import Trajectory
-from vislam2tag.quality.evaluation.truth import GREATEST_M, LATEST_NS, Truth, read_truth, rows_left_out
+from vislam2tag.intake.extents import MAX_LOCAL_M
+from vislam2tag.quality.evaluation.truth import LATEST_NS, Truth, read_truth, rows_left_out
 
 NO_TURN = (0.0, 0.0, 0.0, 1.0)
 """Quaternion (x, y, z, w) written where the orientation is not known."""
@@ -173,7 +174,7 @@ def _truth(path: Path, time_ns: IntArray, position_bcs: FloatArray, lines: list[
     """
     if (time_ns[1:] < time_ns[:-1]).any():
         raise SessionError(f"{path}: its times go backwards; sort the lines by time")
-    known = np.all(np.abs(position_bcs) <= GREATEST_M, axis=1)
+    known = np.all(np.abs(position_bcs) <= MAX_LOCAL_M, axis=1)
     if not known.any():
         raise SessionError(f"{path}: no line has a finite position")
     left_out = [line for line, usable in zip(lines, known.tolist(), strict=True) if not usable]

@@ -18,6 +18,7 @@ from vislam2tag.core.interpolation import Labels, label_by_interpolation
 from vislam2tag.core.limits import MAX_AT_ONCE
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Trajectory
+from vislam2tag.intake.extents import MAX_LOCAL_M
 from vislam2tag.labeling.settings import USUAL_TRUTH, TruthSettings
 
 STRIDE_S = 0.5
@@ -148,8 +149,6 @@ MAX_GAP_S = 1.0
 """Labels are interpolated over at most this to the times of the truth, as readings are by default."""
 LATEST_NS = 9_000_000_000_000_000_000
 """Later times leave no room below what 64 bits hold."""
-GREATEST_M = 1e6
-"""As for coordinates of landmarks: no building is larger."""
 _COLUMNS = {"time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
 _SIGMA = "sigma_m"
 """A further column that a truth file may have: how exactly each position is known."""
@@ -187,9 +186,9 @@ def read_truth(path: Path) -> Truth:
         )
     except (OSError, pl.exceptions.PolarsError) as error:
         raise SessionError(f"{expected} ({first_line(error)})") from error
-    conditions = [pl.col("time_ns").is_between(0, LATEST_NS), pl.col("x", "y").abs() <= GREATEST_M]
+    conditions = [pl.col("time_ns").is_between(0, LATEST_NS), pl.col("x", "y").abs() <= MAX_LOCAL_M]
     if _SIGMA in rows.columns:
-        conditions.append(pl.col(_SIGMA).is_between(0, GREATEST_M))
+        conditions.append(pl.col(_SIGMA).is_between(0, MAX_LOCAL_M))
     sound = rows.select(pl.all_horizontal(conditions).fill_null(value=False)).to_series()
     usable = rows.filter(sound)
     if usable.is_empty():

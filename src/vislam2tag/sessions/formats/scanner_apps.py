@@ -16,6 +16,7 @@ to level it by.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -134,13 +135,21 @@ def _record3d(reading: SessionFiles, key: SessionKey, settings: FindingSettings)
     )
 
 
-register(AppFormat("arkit-data-logger", {"poses": ("ARKit_camera_pose.txt",)}, pose_table(_ARKIT.read)))
+register(
+    AppFormat(
+        "arkit-data-logger",
+        {"poses": ("ARKit_camera_pose.txt",)},
+        pose_table(_ARKIT.read),
+        unused=re.compile("arkit_point_cloud"),
+    )
+)
 register(
     AppFormat(
         "ios-logger",
         {"poses": ("ARposes.txt",), "sensors": ("Accel.txt",), "rates": ("Gyro.txt",), "frames": ("Frames.txt",)},
         pose_table(_IOS_POSES.read),
         readings={"sensors": Readings(_IOS_READINGS, force=AXES), "rates": Readings(_IOS_READINGS, rate=AXES)},
+        unused=re.compile("gps|head|magnet|mot(arh|ion|magnnorth)"),
         video=_ios_video,
     )
 )

@@ -6,6 +6,7 @@ poses a recording is mapped by its inertial readings and ``fixes.csv``, or attac
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -40,10 +41,18 @@ FILE_NAMES: Mapping[str, tuple[str, ...]] = {
     **{name: (name,) for name in (*_SENSORS, _FORCE_WITHOUT_GRAVITY, _GRAVITY)},
     "wifi": ("WiFi.csv",),
     "ble": ("Bluetooth.csv",),
+    "ble_names": ("BluetoothMetadata.csv",),
     "presses": ("Annotation.csv",),
     "record": (SENSOR_LOGGER_METADATA,),
     "fixes": (FIXES_FILE,),
 }
+_BLE_OF_DEVICE = re.compile(r"bluetooth-.+\.csv", re.IGNORECASE)
+"""A file for each device that was chosen in the app, ``bluetooth-DB08D33338EF.csv``."""
+_UNUSED = re.compile(
+    r"(accelerometer|gyroscope|magnetometer)uncalibrated|activity|battery(temp)?|brightness|compass|headphone|heartrate|"
+    r"light|location(gps|network)?|metadata|microphone|network|orientation|pedometer|studymetadata|watch\w+|wristmotion"
+)
+"""Files of the app that contain nothing that this program uses (UNITS.md lists them all)."""
 _NO_POSES = (
     "the app records no poses: attach this recording to the walk of the phone that had the camera (vislam2tag "
     f"attach), or write its known positions into {FIXES_FILE}"
@@ -53,8 +62,10 @@ _PAGE = "UNITS.md of github.com/tszheichoi/awesome-sensor-logger"
 
 def _recognises(folder: Path) -> bool:
     """The app's metadata are beside a sensor's file."""
+    if not is_file(folder / SENSOR_LOGGER_METADATA):
+        return False
     others = {role: names for role, names in FILE_NAMES.items() if role not in ("record", "fixes")}
-    return is_file(folder / SENSOR_LOGGER_METADATA) and bool(existing_files(folder, others))
+    return bool(existing_files(folder, others)) or any(_BLE_OF_DEVICE.fullmatch(path.name) for path in folder.iterdir())
 
 
 def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) -> Session:
@@ -133,8 +144,15 @@ def _wifi(reading: SessionFiles) -> pl.DataFrame:
 
 
 def _ble(reading: SessionFiles) -> pl.DataFrame:
-    rows = ble_rows(_rows(reading, "ble", {"id": pl.String, "rssi": pl.Float64}, "rssi"), "id", pl.lit(""), "rssi")
-    return mark_repeated(reading.noted(admitted(rows, "address", "Bluetooth.csv")), *BEACON)
+    """Advertisements, of all devices in one file or of each in its own."""
+    named = _rows(reading, "ble_names", {"id": pl.String, "name": pl.String}, "id").drop_nulls().unique("id")
+    parts = []
+    for role in ("ble", *filter(_BLE_OF_DEVICE.fullmatch, reading.names)):
+        logged = _rows(reading, role, {"id": pl.String, "rssi": pl.Float64}, "rssi")
+        rows = logged.join(named.select("id", "name"), on="id", how="left", maintain_order="left")
+        own = ble_rows(rows, "id", pl.col("name").fill_null(""), "rssi")
+        parts.append(reading.noted(admitted(own, "address", reading.name_of(role))))
+    return mark_repeated(pl.concat(parts), *BEACON)
 
 
-register(FileFormat("sensor-logger", FILE_NAMES, _recognises, _session))
+register(FileFormat("sensor-logger", FILE_NAMES, _recognises, _session, _BLE_OF_DEVICE, _UNUSED))

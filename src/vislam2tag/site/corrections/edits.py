@@ -306,7 +306,7 @@ def _parsed(name: object, content: bytes, no_toml: str) -> Corrections:
     try:
         return Corrections.model_validate(toml_values(content))
     except ValidationError as error:
-        raise SurveyError(f"{name}: {first_problem(error)}") from error
+        raise SurveyError(f"{name}: {first_problem(error, Corrections)}") from error
     except ValueError as error:
         raise SurveyError(f"{name}: {no_toml.format(error)}") from error
 

@@ -16,8 +16,8 @@ from shapely.geometry import LineString
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.limits import MAX_FLOOR_M
 from vislam2tag.core.transforms import Affine2
+from vislam2tag.intake.extents import FLOOR, too_far
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.raster import IMAGES
@@ -35,7 +35,6 @@ from vislam2tag.site.plans.images import (
 from vislam2tag.site.plans.reader_process import read_guarded
 from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Use
 
-_LEAST_M = 0.01
 _TRIED_PX = 64
 """Size at which a picture is drawn only to see that it can be."""
 _PASSAGE_M = 0.4
@@ -192,12 +191,14 @@ def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -
 def _refuse_size(extent: Bounds) -> None:
     """Raise OSError, whose text completes a sentence about the file, for a plan that is not a building's."""
     left, right, low, high = extent
-    if not (_LEAST_M <= right - left <= MAX_FLOOR_M and _LEAST_M <= high - low <= MAX_FLOOR_M):
+    if FLOOR.refuses(right - left) or FLOOR.refuses(high - low):
         raise OSError(
             f"is {right - left:g} m wide and {high - low:g} m high, from ({left:g}, {low:g}) to ({right:g}, "
-            f"{high:g}); a side may be {_LEAST_M:g} to {MAX_FLOOR_M:g} m long: correct its scale, or remove lines "
-            "that are drawn far away"
+            f"{high:g}); a side may be {FLOOR.least_m:g} to {FLOOR.greatest_m:g} m long: correct its scale, or remove "
+            "lines that are drawn far away"
         )
+    if far := too_far(["a corner"], np.array([[max(map(abs, extent)), 0.0]])):
+        raise OSError(f"cannot be used: {far}")
 
 
 def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:

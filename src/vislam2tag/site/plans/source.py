@@ -13,14 +13,12 @@ from pydantic import Field, FiniteFloat, model_validator
 
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.core.limits import MAX_FLOOR_M
+from vislam2tag.intake.extents import FLOOR, MAX_LOCAL_M
 
 SCALES = ("extent", "points", "distance", "scale", "unit_m")
-GREATEST_M = 1e6
-"""As for coordinates of landmarks: no building is further from its origin."""
 Point = tuple[FiniteFloat, FiniteFloat]
-Metres = Annotated[float, Field(gt=0, le=GREATEST_M)]
-Side = Annotated[float, Field(gt=0, le=MAX_FLOOR_M)]
+Metres = Annotated[float, Field(gt=0, le=MAX_LOCAL_M)]
+Side = Annotated[float, Field(ge=FLOOR.least_m, le=FLOOR.greatest_m)]
 
 
 class _Part(Record, populate_by_name=True):
@@ -68,7 +66,7 @@ class ScaleDistance(_Part):
 class DrawingScale(_Part):
     """The scale a drawing is printed at, of files with a size on paper (PDF; SVG in mm, cm, in, pt or pc)."""
 
-    one_to: Annotated[float, Field(gt=0, le=GREATEST_M)]
+    one_to: Annotated[float, Field(gt=0, le=MAX_LOCAL_M)]
     """100 of a drawing at 1:100."""
     lower_left_m: Point = (0.0, 0.0)
     """Where the plan's lower left corner is, BCS metres."""
