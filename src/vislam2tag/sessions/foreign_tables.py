@@ -17,6 +17,7 @@ from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.intake.readings import level_number
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
 from vislam2tag.site.site_table import decoded
 
@@ -213,11 +214,18 @@ def three_axes(columns: Sequence[str], sensor: str) -> list[str]:
     return [axes[axis] for axis in "xyz"] if len(axes) == 3 else []
 
 
-def level_columns(columns: Sequence[str]) -> tuple[str, str] | None:
-    """The columns of access points and their levels; None where the table has none."""
-    plain = {name.strip().lower(): name for name in columns}
+def readings_in(rows: pl.DataFrame) -> pl.DataFrame | None:
+    """``bssid``, ``ssid`` and ``rssi_dbm`` (null if it is not a number) of a table; None if it has no such columns."""
+    plain = {name.strip().lower(): name for name in rows.columns}
     level = next((plain[name] for name in _LEVELS if name in plain), None)
-    return None if level is None or "bssid" not in plain else (plain["bssid"], level)
+    if level is None or "bssid" not in plain:
+        return None
+    ssid = pl.col(plain["ssid"]) if "ssid" in plain else pl.lit("")
+    return rows.select(
+        bssid=pl.col(plain["bssid"]).cast(pl.String).str.strip_chars(),
+        ssid=ssid.cast(pl.String).fill_null(""),
+        rssi_dbm=level_number(pl.col(level)),
+    )
 
 
 def numbers(name: str) -> pl.Expr:
@@ -231,9 +239,9 @@ def session_tables(rows: pl.DataFrame, name: str) -> dict[str, pl.DataFrame]:
     Raises UsageError where a column of the last has a name that labels take.
     """
     columns = [column for column in rows.columns if column not in ("row", "time_ns")]
-    levels = level_columns(columns)
-    if levels is not None:
-        return {"wifi": _wifi(rows, *levels)}
+    readings = readings_in(rows)
+    if readings is not None:
+        return {"wifi": _wifi(rows, readings)}
     sensors = {sensor: axes for sensor in MOTION_COLUMNS if (axes := three_axes(columns, sensor))}
     if sensors:
         return {"sensors": _sensors(rows, sensors)}
@@ -243,15 +251,15 @@ def session_tables(rows: pl.DataFrame, name: str) -> dict[str, pl.DataFrame]:
     return {name: rows.select("row", "time_ns", first.not_().alias("repeated"), *columns)}
 
 
-def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
-    """Readings of access points; those of one time are a scan."""
+def _wifi(rows: pl.DataFrame, readings: pl.DataFrame) -> pl.DataFrame:
+    """Readings of access points (:func:`readings_in`); those of one time are a scan."""
     table = rows.select(
         "row",
         "time_ns",
         pl.col("time_ns").rank("dense").cast(pl.Int32).alias("scan"),
-        pl.col(bssid).cast(pl.String).str.strip_chars().alias("bssid"),
-        pl.lit("").alias("ssid"),
-        numbers(level).cast(pl.Float32).alias("rssi_dbm"),
+        readings["bssid"],
+        readings["ssid"],
+        readings["rssi_dbm"].cast(pl.Float32),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
     return mark_repeated(table.drop_nulls("rssi_dbm"), "bssid")

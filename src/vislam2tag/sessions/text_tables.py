@@ -209,11 +209,6 @@ class LineTable:
         return replace(raw, findings=(*raw.findings, *_undecodable(data, raw, self.text)))
 
 
-def level_dbm(text: pl.Expr) -> pl.Expr:
-    """Read a level with either decimal mark (dBm); null where it is not a number."""
-    return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).cast(pl.Float32)
-
-
 def _undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:
     """Report rows whose bytes are not UTF-8 (a network may really be called U+FFFD)."""
     suspects = raw.rows.filter(pl.col(column).str.contains(_REPLACEMENT, literal=True))["row"].to_list()

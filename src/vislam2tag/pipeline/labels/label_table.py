@@ -22,7 +22,7 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
-from vislam2tag.intake.readings import level_findings, with_addresses
+from vislam2tag.intake.readings import level_findings, with_addresses, with_columns_in_place
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
 from vislam2tag.sessions.clocks import LEVELS, MOTION, heard_in
@@ -31,9 +31,9 @@ from vislam2tag.sessions.foreign_tables import (
     MOTION_COLUMNS,
     Clock,
     TableTimes,
-    level_columns,
     numbers,
     read_table,
+    readings_in,
     table_times,
     three_axes,
     time_column,
@@ -69,7 +69,8 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             if wanted == MOTION
             else ("a column bssid and one of levels, such as rssi")
         )
-        raise UsageError(f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}")
+        missing = f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}"
+        raise UsageError(". ".join([missing, *level_notes(rows)]))
     return found
 
 
@@ -81,30 +82,27 @@ def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: Lab
 
 def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
     """Times and levels of each access point in a table; empty if it has no such columns."""
-    wifi = _levels_of(rows)
+    wifi = readings_in(rows)
     if wifi is None:
         return {}
-    return heard_in(wifi.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable)))
-
-
-def _levels_of(rows: pl.DataFrame) -> pl.DataFrame | None:
-    """Access points and levels of a table; None if it has no such columns."""
-    columns = level_columns(rows.columns)
-    if columns is None:
-        return None
-    return rows.select(pl.col(columns[0]).cast(pl.String).alias("bssid"), numbers(columns[1]).alias("rssi_dbm"))
+    in_place, _ = with_columns_in_place(wifi, "")
+    return heard_in(in_place.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable)))
 
 
 def level_notes(rows: pl.DataFrame) -> list[str]:
     """Findings about a table's addresses and levels, one sentence each; the rows keep them."""
-    wifi = _levels_of(rows)
+    wifi = readings_in(rows)
     if wifi is None:
         return []
-    lines = pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row")
-    named, masked = with_addresses(wifi.select(lines, pl.all()), "bssid", "")
+    in_place, exchanged = with_columns_in_place(wifi, "")
+    named, masked = with_addresses(in_place.with_row_index("row", offset=2), "bssid", "")
     done = "these readings are not used to align clocks"
-    odd = [*masked, *level_findings(named, "", done)]
-    return [f"{each.kind} {each.count} (lines {', '.join(map(str, each.lines))}): {each.message}" for each in odd]
+    odd = [*exchanged, *masked, *level_findings(named, "", done)]
+    return [f"{each.kind} {each.count}{_at(each.lines)}: {each.message}" for each in odd]
+
+
+def _at(lines: tuple[int, ...]) -> str:
+    return f" (lines {', '.join(map(str, lines))})" if lines else ""
 
 
 def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
@@ -246,7 +244,7 @@ def _with_clocks(
             found.append(replace(walk, clock=clock))
             notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
-        raise UsageError(_nothing_tells(times, refused, align))
+        raise UsageError(". ".join([_nothing_tells(times, refused, align), *level_notes(rows)]))
     return found, notes
 
 
