@@ -194,8 +194,8 @@ def _without_filler(
         return heard, []
     cell = pl.col("rssi_dbm") == filler.level
     if rules.scale is not None:
-        numbers = {name: rules.scale.number(getattr(filler, name)) for name in ("level", "nearest")}
-        filler = replace(filler, **numbers)
+        number = rules.scale.number
+        filler = replace(filler, level=number(filler.level), nearest=number(filler.nearest))
     if filler.judgement is readings.Judgement.ASK:
         raise DatasetError(f"{path}: {readings.question(filler, rules.stated)}")
     found = readings.filler_found(path.name, filler, heard.filter(cell).height, rules.stated)

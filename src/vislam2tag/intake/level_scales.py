@@ -112,7 +112,7 @@ def other_levels(levels: pl.Series, of: int | None = None) -> OtherLevels | None
     ``levels`` (n,): all numbers, or only those out of the range of dBm, of ``of`` numbers.
     """
     known = levels.filter((levels.abs() <= GREATEST) & ~levels.is_in(NO_VALUE))
-    most = ((of or len(levels)) - int(levels.is_in(NO_VALUE).sum())) / 2
+    most = ((of or len(levels)) - len(levels) + len(known)) / 2
     small = known.filter(known.abs() <= 1)
     if len(small) > most and (small != small.round()).any():
         return NORMALISED

@@ -70,7 +70,7 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             else ("a column bssid and one of levels, such as rssi")
         )
         missing = f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}"
-        raise UsageError(". ".join([missing, *level_notes(rows)]))
+        raise UsageError(_with_notes(missing, rows))
     return found
 
 
@@ -99,6 +99,10 @@ def level_notes(rows: pl.DataFrame) -> list[str]:
     done = "these readings are not used to align clocks"
     odd = [*exchanged, *masked, *level_findings(named, "", done)]
     return [f"{each.kind} {each.count}{_at(each.lines)}: {each.message}" for each in odd]
+
+
+def _with_notes(problem: str, rows: pl.DataFrame) -> str:
+    return ". ".join([problem, *(note.rstrip(".") for note in level_notes(rows))])
 
 
 def _at(lines: tuple[int, ...]) -> str:
@@ -244,7 +248,7 @@ def _with_clocks(
             found.append(replace(walk, clock=clock))
             notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
-        raise UsageError(". ".join([_nothing_tells(times, refused, align), *level_notes(rows)]))
+        raise UsageError(_with_notes(_nothing_tells(times, refused, align), rows))
     return found, notes
 
 
