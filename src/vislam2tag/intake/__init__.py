@@ -4,6 +4,7 @@ A rule names the value, its unit, its range, and the finding (with cause and cur
 apply these rules and have no ranges of their own, except where the specification of their format differs.
 
 - ``readings``: addresses, signal strengths, and the level that means "not heard" in a table.
+- ``level_scales``: levels in another form than dBm.
 - ``time_units``: the unit of times.
 - ``pose_conventions``: whether poses are those of a walking person, and if not, which other convention explains them;
   ``pose_evidence`` contains the measures for this.

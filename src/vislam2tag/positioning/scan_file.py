@@ -56,8 +56,7 @@ UNTIMED: FindingKind = "untimed_scans"
 MASKED: FindingKind = "masked_addresses"
 NOT_DBM: FindingKind = "levels_not_dbm"
 FILLER: FindingKind = "unstated_filler"
-_NAME = "ssid"
-"""Optional column: name of the network, which only shows whether it was exchanged with the address."""
+_OPTIONAL = (*WALK_COLUMNS, "ssid")
 Fields = tuple[str, str, str, str, str, str]
 """Scan, access point, level, session, time and name of the network as text; empty if missing."""
 _ODD_KEPT = 100_000
@@ -153,14 +152,6 @@ class _Gathered:
         self.sessions.append(session)
         self.times_ns.append(time_ns)
 
-    def check_columns(self, path: Path) -> None:
-        """Raise DatasetError if the columns of addresses and network names are exchanged."""
-        if are_exchanged(pl.Series(self.bssids, dtype=pl.String), pl.Series(self.ssids, dtype=pl.String)):
-            raise DatasetError(
-                f"{path}: the columns bssid and ssid are exchanged: only ssid contains addresses; exchange their names "
-                "in line 1"
-            )
-
     def filler(self) -> Filler | None:
         """The level that means "not heard" in these scans; None if there is none."""
         heard = pl.DataFrame(
@@ -200,7 +191,8 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
     """
     for number, gathered in enumerate(_gathered(path, bad, name)):
         if number == 0:
-            gathered.check_columns(path)
+            if are_exchanged(pl.Series("", gathered.bssids, pl.String), pl.Series("", gathered.ssids, pl.String)):
+                raise DatasetError(f"{path}, line 1: the columns bssid and ssid are exchanged; exchange their names")
             bad.filler = gathered.filler()
         if bad.filler is not None:
             gathered.leave_out(bad.filler.level, bad)
@@ -293,7 +285,7 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
         raise DatasetError(
             f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}{apart}"
         )
-    places = [header.index(name) if name in header else None for name in (*COLUMNS, *WALK_COLUMNS, _NAME)]
+    places = [header.index(name) if name in header else None for name in (*COLUMNS, *_OPTIONAL)]
     while True:
         try:
             row = next(rows)
@@ -324,9 +316,7 @@ def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]
 
 
 def _fields(values: Mapping[str, Any]) -> Fields:
-    scan_id, bssid, session, time_ns, ssid = (
-        _text(values.get(name)) for name in ("scan_id", "bssid", *WALK_COLUMNS, _NAME)
-    )
+    scan_id, bssid, session, time_ns, ssid = (_text(values.get(name)) for name in ("scan_id", "bssid", *_OPTIONAL))
     level = values.get("rssi_dbm")
     known = isinstance(level, int | float) and not isinstance(level, bool)
     return scan_id, bssid, repr(level) if known else _text(level), session, time_ns, ssid
