@@ -102,6 +102,20 @@ def test_the_sigma_of_a_clock_is_part_of_the_positions(labels: Path, wifi: pl.Da
     assert np.nanmedian((made.table["sigma"] - wifi["sigma"]).to_numpy()) > 0.05
 
 
+def test_exchanged_columns_align_too_and_levels_in_another_form_are_named(labels: Path) -> None:
+    wifi = pl.read_parquet(labels / "wifi" / "*.parquet")
+    wifi = wifi.with_columns(ms=pl.col("time_ns") // 1_000_000)
+    columns = {"ssid": wifi["bssid"], "bssid": "net", "rssi": wifi["rssi_dbm"]}
+    table = pl.DataFrame({"timestamp": unix(wifi, "ms"), **columns})
+    notes = label(table.with_columns(pl.format("{} dBm", "rssi").alias("rssi")), labels).notes
+    assert ", according to common access points" in notes[1]
+    assert notes[-1].startswith(f"exchanged_columns {table.height}: network names (SSID) are addresses")
+    with pytest.raises(UsageError, match=r"their offset is unknown.*lost_sign .*the minus sign is missing"):
+        label(table.with_columns(-pl.col("rssi")), labels)
+    with pytest.raises(UsageError, match=r"--by levels: the table needs.*levels_not_dbm .*so they are percent"):
+        label(table.with_columns((pl.col("rssi") + 100) * 2), labels, align="levels")
+
+
 @pytest.fixture(scope="module")
 def headset(labels: Path) -> pl.DataFrame:
     """What another device felt on the walk, by a clock of its own that starts when it is switched on."""
@@ -171,7 +185,7 @@ def test_a_recorders_clock_that_cannot_be_tells_nothing(
     folder = tmp_path / f"floor_{result['floor']}" / result["device"] / result["session"]
     folder.mkdir(parents=True)
     (folder / "session.json").write_text(json.dumps({"start": {"wall_ms": wall_ms, "boot_ns": 0}}))
-    with pytest.raises(UsageError, match="their offset is unknown"):
+    with pytest.raises(UsageError, match=r"their offset is unknown"):
         label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
 
 

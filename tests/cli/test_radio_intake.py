@@ -13,8 +13,11 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.datasets.factory import bssid, small_dataset
+from vislam2tag.cli.commands_formats import scale_of
+from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.privacy import key_name, read_key
+from vislam2tag.intake.level_scales import LevelScale
 from vislam2tag.intake.readings import CURE
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.model_files import load_model, save_model
@@ -82,6 +85,18 @@ def test_the_user_says_what_stands_for_not_heard(tmp_path: Path) -> None:
     assert "--not-heard: comford only lists received access points" in the_error(asked)
 
 
+@pytest.mark.parametrize(
+    "text", ["", "3", "0=-100", "0=-100,0=-50", "0=-100,1=-100", "0=a,1=2", "0=-100,1=inf", "1=2=3"]
+)
+def test_what_is_no_scale(text: str) -> None:
+    with pytest.raises(UsageError, match=r"--levels .*expected two numbers with their dBm, such as 0=-100,100=-50"):
+        scale_of(text, "--levels")
+
+
+def test_a_scale() -> None:
+    assert scale_of("0=-104, 1=0", "--levels") == LevelScale((0, -104), (1, 0))
+
+
 def test_a_table_in_which_all_are_heard_is_no_silent_one(tmp_path: Path) -> None:
     head = "WAP001,WAP002,LONGITUDE,LATITUDE,FLOOR,BUILDINGID,SPACEID,RELATIVEPOSITION,USERID,PHONEID,TIMESTAMP\n"
     rows = "".join(f"{-50 - n},{-60 - 2 * n},{n},1,0,0,0,0,1,1,{1380000000 + n}\n" for n in range(8))
@@ -132,6 +147,9 @@ def test_levels_and_masks_that_locate_leaves_out(place: Path, tmp_path: Path) ->
     )
     odd = [("a", "02:00:00:00:00:00", -50), ("a", "", -50), ("a", bssid(0, 1), -127), ("a", bssid(0, 2), 127)]
     done = vislam2tag("locate", place / "model.v2t", scans(tmp_path / "odd.csv", odd))
+    assert done.returncode == 1
+    assert "nothing could be located: no line is usable" in done.stderr
+    assert "next: " not in done.stderr
     assert "masked_addresses: 2 (lines 2, 3)" in done.stderr
     assert "absurd_levels: 2 (lines 4, 5)" in done.stderr
     assert CURE in done.stderr
@@ -152,13 +170,26 @@ def test_fillers_of_listed_scans_are_found(place: Path, tmp_path: Path) -> None:
     assert "-110 is the most frequent level (75 % of the levels) and at the edge of all others" in found.stderr
 
 
-def test_a_file_that_lost_all_signs_is_no_successful_import(tmp_path: Path) -> None:
+def test_a_file_that_lost_all_signs_is_imported_as_the_user_says(tmp_path: Path) -> None:
     folder = wide(tmp_path / "uji", 100)
     (folder / "trainingData.csv").write_text((folder / "trainingData.csv").read_text().replace("-", ""))
+    refused = vislam2tag("import", folder, "--out", tmp_path / "set")
+    assert refused.returncode == 2
+    assert "the minus sign is missing (65 instead of -65). Negate the levels, or pass --levels" in the_error(refused)
+    assert not (tmp_path / "set").exists()
+    done = vislam2tag("import", folder, "--out", tmp_path / "set", "--levels", "1=-1,100=-100")
+    assert done.returncode == 0, done.stderr
+    levels = open_dataset(tmp_path / "set").readings.collect()["rssi_dbm"]
+    assert levels.unique().sort().to_list() == [-97, -87, -77, -75, -66, -61, -60]
+
+
+def test_a_file_of_levels_out_of_range_is_no_successful_import(tmp_path: Path) -> None:
+    folder = wide(tmp_path / "uji", 100)
+    (folder / "trainingData.csv").write_text((folder / "trainingData.csv").read_text().replace("-", "-3"))
     done = vislam2tag("import", folder, "--out", tmp_path / "set")
     assert done.returncode == 3
     assert "readings: 0" in done.stdout
-    assert "lost_sign" in done.stdout
+    assert "absurd_levels" in done.stdout
     assert "no reading of these files is usable; correct the problems above" in done.stderr
     assert "next: " not in done.stdout
     assert vislam2tag("import", folder, "--out", tmp_path / "set", "--json").returncode == 3

@@ -13,16 +13,17 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.datasets.wide_tables import WideTable, is_wide, read_columns, read_matrix, read_wide
+from vislam2tag.datasets.wide_tables import USUAL, LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
+from vislam2tag.intake.level_scales import LevelScale
 
 COLUMNS = {"x": pl.Float64(), "phone": pl.String()}
 HEADER = "WAP001,WAP002,x,phone\n"
 
 
-def wide(tmp_path: Path, text: str | bytes) -> WideTable:
+def wide(tmp_path: Path, text: str | bytes, rules: LevelRules = USUAL) -> WideTable:
     path = tmp_path / "wide.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_wide(path, COLUMNS, lambda name: name.startswith("WAP"))
+    return read_wide(path, COLUMNS, lambda name: name.startswith("WAP"), rules)
 
 
 def test_only_what_was_heard_becomes_a_row(tmp_path: Path) -> None:
@@ -74,6 +75,33 @@ def test_odd_levels_and_columns_are_told_by_line(tmp_path: Path) -> None:
     assert (found["absurd_levels"].count, found["absurd_levels"].lines) == (2, (3, 4))
     assert "humidity" in found["unknown_columns"].message
     assert table.heard.rows() == [(0, "WAP001", -50.0), (1, "WAP001", -50.0)]
+
+
+PERCENT = HEADER + "".join(f"{12 + number},0,1,LG\n0,{70 - number},1,LG\n" for number in range(20))
+
+
+@pytest.mark.parametrize("filler", ["0", "", "255"])
+def test_percent_is_refused_or_converted_as_the_user_says(tmp_path: Path, filler: str) -> None:
+    text = PERCENT.replace(",0,", f",{filler},").replace("\n0,", f"\n{filler},")
+    with pytest.raises(DatasetError, match="--levels 0=-100,100=-50 for percent"):
+        wide(tmp_path, text)
+    table = wide(tmp_path, text, LevelRules(scale=LevelScale((0, -100), (100, -50))))
+    assert table.heard["rssi_dbm"].to_list()[:4] == [-94.0, -65.0, -93.5, -65.5]
+    assert table.heard.height == 40
+    assert [finding.kind for finding in table.findings if filler] == ["unstated_filler"] * bool(filler)
+    assert all(f"{filler} is the most" in finding.message for finding in table.findings if filler)
+
+
+def test_a_scale_does_away_with_the_stated_level_and_asks_in_own_numbers(tmp_path: Path) -> None:
+    scale = LevelScale((0, -100), (100, -50))
+    assert wide(tmp_path, HEADER + "100,40,1,LG\n", LevelRules(scale=scale)).heard["rssi_dbm"].to_list() == [-50, -80]
+    stated = wide(tmp_path, HEADER + "100,40,1,LG\n", LevelRules(said=40.0, scale=scale))
+    assert stated.heard["rssi_dbm"].to_list() == [-50]
+    many = "".join(f"{30 + number},{10 if number < 8 else 11 + number},1,LG\n" for number in range(20))
+    with pytest.raises(DatasetError, match=r"are 10 \(the next level is 19\).* pass --not-heard 10; "):
+        wide(tmp_path, HEADER + many.replace("30,", "10,", 1), LevelRules(scale=scale))
+    with pytest.raises(DatasetError, match="with --levels, most levels of the file are positive"):
+        wide(tmp_path, HEADER + "-50,-60,1,LG\n", LevelRules(scale=LevelScale((1, -1), (100, -100))))
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ The filler of a table is found where it is clear, asked for where it is not, and
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import polars as pl
 import pytest
@@ -20,6 +22,8 @@ from vislam2tag.intake.readings import (
     in_range,
     is_masked,
     level_findings,
+    level_number,
+    level_of,
     normal_address,
     normal_uuid,
     question,
@@ -131,6 +135,45 @@ def test_rows_that_are_known_otherwise_stay() -> None:
     rows = pl.DataFrame({"row": [1, 2], "address": ["02:00:00:00:00:00"] * 2, "uuid": ["u", None]})
     kept, (finding,) = with_addresses(rows, "address", "Ble.csv", pl.col("uuid").is_not_null())
     assert (kept["row"].to_list(), finding.count) == ([1], 1)
+
+
+@pytest.mark.parametrize("text", ["-60", "-60.0", "-60,0", "-60dBm", "-60 DBM", " -60 dB ", "\u221260", "\u221260 dBm"])
+def test_a_level_may_have_its_unit_and_any_minus(text: str) -> None:
+    assert level_of(text) == -60
+    assert pl.select(level_number(pl.lit(text))).item() == -60
+
+
+@pytest.mark.parametrize("text", ["", "dBm", "loud", "-60 mV", "-6 0"])
+def test_what_is_not_a_number_is_no_level(text: str) -> None:
+    assert math.isnan(level_of(text))
+    assert pl.select(level_number(pl.lit(text))).item() is None
+
+
+def named(bssid: list[str], ssid: list[str]) -> pl.DataFrame:
+    table = pl.DataFrame({"bssid": bssid, "ssid": ssid}, {"bssid": pl.String, "ssid": pl.String})
+    return table.with_columns(rssi_dbm=pl.lit(-60.0)).with_row_index("row", offset=1)
+
+
+def test_exchanged_columns_are_read_the_other_way_round() -> None:
+    names = [f"02-1A-00-00-00-{number:02X}" for number in range(9)]
+    kept, findings = admitted(named(["net"] * 8 + [""], names), "bssid", "wifi.csv")
+    assert kept["bssid"].to_list() == [f"02:1a:00:00:00:{number:02x}" for number in range(9)]
+    assert kept["ssid"].to_list() == ["net"] * 8 + [""]
+    assert [(each.kind, each.count) for each in findings] == [("exchanged_columns", 9)]
+
+
+@pytest.mark.parametrize(
+    ("bssid", "ssid"),
+    [
+        ([PLAIN] * 9, ["021A00000001"] * 9),  # networks that are called like their access points
+        (["WAP001"] * 9, ["021A00000001"] * 5 + ["net"] * 4),
+        (["WAP001"] * 9, [""] * 9),
+        ([], []),
+    ],
+)
+def test_columns_that_may_be_right_stay(bssid: list[str], ssid: list[str]) -> None:
+    kept, findings = admitted(named(bssid, ssid), "bssid", "wifi.csv")
+    assert (kept["ssid"].to_list(), findings) == (ssid, [])
 
 
 def test_addresses_and_levels_are_brought_to_the_rules() -> None:

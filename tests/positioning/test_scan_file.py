@@ -62,6 +62,35 @@ def test_bad_lines_of_csv_are_counted_and_their_scans_stay(tmp_path: Path) -> No
     assert bad == {MALFORMED: (6, (3, 5, 6, 8, 11)), "masked_addresses": (1, (7,)), ABSURD: (3, (9, 10, 12))}
 
 
+def test_levels_with_their_unit_are_read(tmp_path: Path) -> None:
+    text = HEAD + "a,x,-50 dBm\na,y,-60dBm\nb,x,\u221270\n"
+    assert read(written(tmp_path / "scans.csv", text)) == ({"a": {"x": -50.0, "y": -60.0}, "b": {"x": -70.0}}, {})
+
+
+@pytest.mark.parametrize(
+    ("levels", "kind"),
+    [((80, 75, -50), "lost_sign"), ((12, 40, 55), "levels_not_dbm"), ((0.2, 0.15, 0.6), "levels_not_dbm")],
+)
+def test_levels_that_are_not_dbm_are_not_used(tmp_path: Path, levels: tuple[float, ...], kind: str) -> None:
+    text = HEAD + "".join(f"a,{name},{level}\n" for name, level in zip("xyz", levels, strict=True))
+    scans, bad = read(written(tmp_path / "scans.csv", text))
+    assert scans == {"a": {"z": -50.0} if -50 in levels else {}}
+    assert bad == {kind: (2, (2, 3)) if -50 in levels else (3, (2, 3, 4))}
+
+
+@pytest.mark.parametrize("name", ["scans.csv", "scans.jsonl"])
+def test_exchanged_columns_are_refused(tmp_path: Path, name: str) -> None:
+    rows = [("net", f"02-1A-00-00-00-{number:02X}") for number in range(4)]
+    table = "scan_id,bssid,ssid,rssi_dbm\n" + "".join(f"a,{bssid},{ssid},-50\n" for bssid, ssid in rows)
+    lines = "".join(
+        json.dumps({"scan_id": "a", "bssid": bssid, "ssid": ssid, "rssi_dbm": -50}) + "\n" for bssid, ssid in rows
+    )
+    with pytest.raises(DatasetError, match="the columns bssid and ssid are exchanged"):
+        read(written(tmp_path / name, lines if name.endswith("l") else table))
+    right = table.replace("bssid,ssid", "ssid,bssid")
+    assert read(written(tmp_path / "right.csv", right))[1] == {}
+
+
 def test_bad_lines_of_json_are_counted(tmp_path: Path) -> None:
     lines = [
         '{"scan_id": 7, "bssid": "x", "rssi_dbm": -50}',

@@ -181,6 +181,7 @@ def test_scans_that_repeat_the_one_before_are_marked(tmp_path: Path) -> None:
         for i, level in enumerate(levels)
     ]
     session = read_files(tmp_path / "LG" / "again", files)
+    assert session.tables["wifi"].filter("repeated")["scan"].unique().to_list() == [1]
     corrected, uses = corrected_session(session, corrected_by(drop_repeated_scans=[{"device": "LG"}]))
     assert corrected.tables["wifi"].filter("repeated")["scan"].unique().to_list() == [1]
     assert uses == ("1 Wi-Fi scans that repeat the one before are counted once.",)

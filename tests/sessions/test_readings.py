@@ -23,6 +23,7 @@ from vislam2tag.sessions.readings import (
     WIFI_LINES,
     ble_findings,
     mark_repeated,
+    mark_wifi,
     median_scan_interval_s,
     repeated_scans,
     sensor_table,
@@ -325,6 +326,16 @@ def scans(*levels: list[float]) -> pl.DataFrame:
 def test_scans_with_the_levels_of_the_scan_before() -> None:
     one, other = [-50.0, -60.0, -70.0, -80.0], [-50.0, -60.0, -70.0, -81.0]
     assert repeated_scans(scans(one, one, other, one, one, one)) == [1, 4, 5]
+
+
+def test_stale_scans_are_not_used_whatever_their_times() -> None:
+    one, other = [-50.0, -60.0, -70.0, -80.0], [-50.0, -60.0, -70.0, -81.0]
+    marked = mark_wifi(scans(one, one, other, other, one).with_row_index("row", offset=1))
+    assert marked.filter("repeated")["scan"].unique().sort().to_list() == [1, 3]
+    assert mark_wifi(marked).equals(marked)
+    findings = wifi_findings(marked, "wifi.csv", FindingSettings())
+    assert [(finding.kind, finding.count, finding.lines) for finding in findings] == [("stale_scans", 2, (5, 13))]
+    assert median_scan_interval_s(marked) == 8.0
 
 
 def test_a_few_access_points_may_be_alike_by_chance() -> None:

@@ -252,13 +252,6 @@ def _walks(given: LocateOptions) -> api.WalkPlan | None:
     return api.WalkPlan(given.sequence or SequenceMethod.SMOOTHER, track)
 
 
-def _after(found: api.LocatedScans) -> str:
-    """Name of the next step."""
-    if found.located:
-        return "locate"
-    return "locate, other access points" if found.usable else "locate, nothing usable"
-
-
 def _serve(given: LocateOptions) -> None:
     """Answer until Ctrl-C."""
     if any(one is not None for one in (given.scans, given.out, given.hash_bssid, given.sequence, given.track)):
@@ -314,4 +307,9 @@ def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
         say(found.advice, err=err)
     if given.out is not None:
         say(f"positions: {given.out}")
-    next_step(_after(found), err=err, model=given.model)
+    if found.located:
+        next_step("locate", err=err)
+    elif found.usable:
+        say(f"use a model of the building of the scans; {given.model} knows other access points", err=err)
+    else:
+        say("correct the lines above; expected columns: scan_id, bssid, rssi_dbm (negative dBm)", err=err)

@@ -83,8 +83,6 @@ STEPS: Mapping[str, str] = {
     "radio-maps": "vislam2tag train {dataset} --out building.v2t",
     "train": "vislam2tag locate {model} scans.csv --out positions.csv",
     "locate": "draw x and y with a circle of radius_68_m, which contains two thirds of the true positions",
-    "locate, nothing usable": "correct the lines above; expected columns: scan_id, bssid, rssi_dbm (negative dBm)",
-    "locate, other access points": "use a model of the building of the scans; {model} knows other access points",
     "benchmark": "vislam2tag train {dataset} --model {model} --out building.v2t",
     "benchmark, public": "compare the errors with the published ones in {page}",
     "benchmark, failed": "correct the problems above, then run the same command again for the missing runs",

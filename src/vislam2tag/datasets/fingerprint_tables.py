@@ -19,16 +19,17 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.given_files import read_bytes
-from vislam2tag.common.findings import Finding, FindingKind, Severity, pooled
+from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if, pooled
 from vislam2tag.datasets.access_points import NO_NAMES
 from vislam2tag.datasets.description import Person
 from vislam2tag.datasets.folder import sha256_of
-from vislam2tag.datasets.format_registry import ExportFormat, ImportContext, ImportFormat, register
+from vislam2tag.datasets.format_registry import LEVEL_OPTIONS, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Grouping
 from vislam2tag.datasets.point_fingerprints import PointFingerprints, floor_infos, point_dataset
 from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
 from vislam2tag.intake.extents import fingerprint_findings, fingerprint_problem, is_far
-from vislam2tag.intake.readings import NOT_HEARD, SIGNAL_STRENGTH, LevelRange
+from vislam2tag.intake.level_scales import NOT_HEARD
+from vislam2tag.intake.readings import NO_ADDRESS, SIGNAL_STRENGTH, LevelRange, is_address, is_masked, normal_addresses
 
 LEVELS = "rss"
 """Role of the file of levels, the only one if file names have no group ``role``."""
@@ -164,7 +165,7 @@ class FingerprintTables:
 
     def register(self, writes: ExportFormat | None = None) -> None:
         """Register the format, which is read by this description."""
-        register(ImportFormat(self.about.format, self.read, self.recognises, takes=("not_heard",)), writes)
+        register(ImportFormat(self.about.format, self.read, self.recognises, takes=LEVEL_OPTIONS), writes)
 
     def recognises(self, path: Path) -> bool:
         """Whether the names of the files are those of the data set."""
@@ -234,11 +235,15 @@ class FingerprintTables:
             yield WalkFiles(parent, name, files)
 
     def _levels(self, file: Path, context: ImportContext) -> WideTable:
-        rules = LevelRules(self.not_heard, self.strength, context.not_heard)
+        rules = LevelRules(self.not_heard, self.strength, context.not_heard, context.levels)
         names = self.access_points
         if names is None:
             return read_matrix(file, rules)
-        table = read_wide(file, self.columns, lambda name: names.fullmatch(name) is not None, rules)
+
+        def is_access_point(name: str) -> bool:
+            return names.fullmatch(name) is not None or (self.access_point_name == "{}" and is_address(name))
+
+        table = _with_addresses(file.name, read_wide(file, self.columns, is_access_point, rules))
         for name in self.needed:
             empty = table.rows[name].is_null()
             if empty.all() and self.gaps_allowed:
@@ -268,6 +273,16 @@ class FingerprintTables:
 
     def _input(self, each: WalkFiles, file: Path) -> str:
         return f"{each.folder}/{file.name}" if self.by_folder else file.name
+
+
+def _with_addresses(file: str, table: WideTable) -> WideTable:
+    """Normalise the access points that are addresses; skip and report the columns of unknown ones."""
+    masked = [name for name in table.access_points if is_masked(name)]
+    heard = table.heard.filter(~pl.col("bssid").is_in(masked))
+    message = f"columns of no address are skipped: {', '.join(masked)}. {NO_ADDRESS}"
+    findings = finding_if(len(masked), "masked_addresses", message, file, Severity.WARNING)
+    named = heard.with_columns(normal_addresses(heard["bssid"]))
+    return replace(table, heard=named, findings=(*table.findings, *findings))
 
 
 def _group(match: re.Match[str], name: str, otherwise: str) -> str:

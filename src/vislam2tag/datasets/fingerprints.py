@@ -247,7 +247,7 @@ def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Fin
     """Skip rows that are not separate readings, and count them."""
     repeated = rows["status"] == "duplicate"
     mute = ~repeated & rows["rssi_dbm"].is_null()
-    again = f"{technology}: repeated readings (same transmitter and time) are skipped"
+    again = f"{technology}: readings that repeat an earlier one are skipped"
     none = f"{technology}: readings without a measured level are skipped"
     findings = (
         *finding_if(int(repeated.sum()), "repeated_readings", again),

@@ -19,6 +19,7 @@ from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import Privacy
+from vislam2tag.intake.level_scales import LevelScale
 
 _NAMED = 3
 _Format = TypeVar("_Format", "ImportFormat", "ExportFormat")
@@ -37,7 +38,13 @@ class ImportContext:
     most_unpacked: int = MOST_UNPACKED
     """Largest size to which an archive may unpack, bytes."""
     not_heard: float | None = None
-    """The level that means "not heard" according to the user, for formats with a column for each access point."""
+    """The number that means "not heard" according to the user, for formats with a column for each access point."""
+    levels: LevelScale | None = None
+    """What the numbers in these formats mean according to the user, if they are not dBm."""
+
+
+LEVEL_OPTIONS = ("not_heard", "levels")
+"""Options of formats with a column for each access point."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +82,7 @@ class ImportFormat:
     recognises: Callable[[Path], bool]
     """Whether a file or folder is in this format, from names and first lines only; never raises DatasetError."""
     takes: Collection[str] = ()
-    """The options of :class:`ImportContext` that this format uses: ``origin``, ``not_heard``."""
+    """The options of :class:`ImportContext` that this format uses: ``origin``, ``not_heard``, ``levels``."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
 from vislam2tag.intake import readings
 from vislam2tag.intake.cells import separator_of, with_numbers
+from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale, other_levels
 from vislam2tag.intake.time_units import ROUNDED, rounded_step
 
 _ROWS_AT_ONCE = 2000
@@ -25,11 +26,19 @@ _ROWS_AT_ONCE = 2000
 class LevelRules:
     """What a format and the user say about the levels in a table."""
 
-    not_heard: float = readings.NOT_HEARD
+    not_heard: float = NOT_HEARD
     """The level that means "not heard" in the format."""
     strength: readings.LevelRange = readings.SIGNAL_STRENGTH
     said: float | None = None
-    """The level that means "not heard" according to the user; no other is looked for then."""
+    """The number that means "not heard" according to the user; no other is looked for then."""
+    scale: LevelScale | None = None
+    """What the numbers mean according to the user; the format's own level for "not heard" does not hold then."""
+
+    @property
+    def stated(self) -> float:
+        """The number that means "not heard"; NaN if nothing says so."""
+        formats = self.not_heard if self.scale is None else float("nan")
+        return formats if self.said is None else self.said
 
 
 USUAL = LevelRules()
@@ -131,14 +140,13 @@ def _read(
         twice = next(name for number, name in enumerate(header) if name in header[:number])
         raise DatasetError(f"{path}: the column {twice} is twice in line 1")
     schema = {name: pl.Float32() if name in access_points else columns.get(name, pl.String()) for name in header}
-    stated = rules.not_heard if rules.said is None else rules.said
     first_line = 2 if has_header else 1
     names = pl.Series("bssid", access_points, dtype=pl.String)
     rows, heard, gaps, short = [], [], [], []
     first_row = empty = 0
     for batch in _batches(path, schema, has_header=has_header):
         levels = batch.select(access_points).to_numpy()
-        column, row = np.divmod(np.flatnonzero(stated != levels.T), len(levels))  # columns are together in memory
+        column, row = np.divmod(np.flatnonzero(rules.stated != levels.T), len(levels))  # columns are together in memory
         order = np.argsort(row, kind="stable")
         row, column = row[order], column[order]
         level = levels[row, column]
@@ -173,22 +181,36 @@ def _measured(
     """Keep the measured cells; report a filler and levels out of range.
 
     ``counts`` are those of the access points and of the cells without a level; ``first_line`` is that of the first row.
+    Raises DatasetError if levels are not in dBm, or one may mean "not heard".
     """
-    findings = []
+    if rules.scale is not None:
+        heard = heard.with_columns(rules.scale.dbm(pl.col("rssi_dbm").cast(pl.Float64)).cast(pl.Float32))
     filler = readings.filler_of(heard, *counts, rules.strength)
-    judgement = filler.judgement if rules.said is None else readings.Judgement.NONE
-    if judgement is readings.Judgement.ASK:
-        raise DatasetError(f"{path}: {readings.question(filler, rules.not_heard)}")
-    if judgement is readings.Judgement.FOUND:
-        cell = pl.col("rssi_dbm") == filler.level
-        findings.append(readings.filler_found(path.name, filler, heard.filter(cell).height, rules.not_heard))
-        heard = heard.filter(~cell)
-    lines = heard.select("rssi_dbm", row=pl.col("row") + first_line)
+    measured, findings = _without_filler(path, heard, filler, rules)
+    if (other := other_levels(measured["rssi_dbm"])) is not None:
+        raise DatasetError(f"{path}: {'' if rules.scale is None else 'with --levels, '}{other.question}")
+    lines = measured.select("rssi_dbm", row=pl.col("row") + first_line)
     absurd = readings.level_findings(lines, path.name, "these cells count as not heard", rules.strength)
     findings += [each.model_copy(update={"lines": tuple(dict.fromkeys(each.lines))}) for each in absurd]
-    if rules.said is None and not findings and heard.height and not counts[1]:
-        findings.append(readings.all_heard(path.name, heard["row"].n_unique()))
-    return heard.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
+    if rules.said is None and not findings and measured.height and not counts[1]:
+        findings.append(readings.all_heard(path.name, measured["row"].n_unique()))
+    return measured.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
+
+
+def _without_filler(
+    path: Path, heard: pl.DataFrame, filler: readings.Filler, rules: LevelRules
+) -> tuple[pl.DataFrame, list[Finding]]:
+    """Drop the cells with the filler, which is reported by the file's own number."""
+    if rules.said is not None or filler.judgement is readings.Judgement.NONE:
+        return heard, []
+    cell = pl.col("rssi_dbm") == filler.level
+    if rules.scale is not None:
+        number = rules.scale.number
+        filler = replace(filler, level=number(filler.level), nearest=number(filler.nearest))
+    if filler.judgement is readings.Judgement.ASK:
+        raise DatasetError(f"{path}: {readings.question(filler, rules.stated)}")
+    found = readings.filler_found(path.name, filler, heard.filter(cell).height, rules.stated)
+    return heard.filter(~cell), [found]
 
 
 def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> Iterator[pl.DataFrame]:

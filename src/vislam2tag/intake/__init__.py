@@ -4,6 +4,7 @@ A rule names the value, its unit, its range, and the finding (with cause and cur
 apply these rules and have no ranges of their own, except where the specification of their format differs.
 
 - ``readings``: addresses, signal strengths, and the level that means "not heard" in a table.
+- ``level_scales``: levels in another form than dBm.
 - ``cells``: numbers in text cells, decimal marks, separators, and cells that cannot be read.
 - ``time_units``: the unit of times, rounded times, and clocks that were changed by an hour.
 - ``sensor_units``: units of accelerations, turn rates, magnetic fields and pressures.

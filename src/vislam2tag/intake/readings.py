@@ -17,6 +17,7 @@ from enum import Enum
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
+from vislam2tag.intake.level_scales import GREATEST, other_levels
 
 CURE = "Remove such levels from the file, or write them in dBm."
 _LEVELS = "signal strengths"
@@ -41,7 +42,7 @@ class LevelRange:
         return at_lines_if("absurd_levels", file, lines, message)
 
 
-SIGNAL_STRENGTH = LevelRange(-126.0, -1.0)
+SIGNAL_STRENGTH = LevelRange(-GREATEST, -1.0)
 """Receivers report whole dBm. "No value" is -127 in Android (``WifiInfo``), 127 in Bluetooth (Core, HCI), and 0 in
 drivers that measured nothing. The upper bound: a transmitter of 20 dBm at a hand's breadth arrives with less than -1
 dBm, and receivers saturate before. The lower bound: -126 dBm is below the thermal noise of 1 MHz (-114 dBm).
@@ -49,8 +50,6 @@ dBm, and receivers saturate before. The lower bound: -126 dBm is below the therm
 _WITH_ZERO = replace(SIGNAL_STRENGTH, greatest=0.0)
 _MEASURE_ZERO = frozenset({"uji"})
 """Formats whose specification has 0 dBm as a measured level; datasets/formats/uji.py names it."""
-NOT_HEARD = 100.0
-"""What published tables write for "not heard"."""
 
 
 def strength_of(formats: Iterable[str]) -> LevelRange:
@@ -63,26 +62,6 @@ def in_range(level_dbm: float, strength: LevelRange = SIGNAL_STRENGTH) -> bool:
     return strength.least <= level_dbm <= strength.greatest
 
 
-def may_lack_its_sign(level: float) -> bool:
-    """Whether a level is positive as if its minus sign was lost; 100 means "not heard"."""
-    return level != NOT_HEARD and in_range(-level)
-
-
-def is_sign_lost(positive: int, levels: int) -> bool:
-    """Whether so many levels of a file are positive that the minus sign was lost."""
-    return 2 * positive > levels
-
-
-def lost_sign(file: str, count: int, lines: list[int], done: str) -> Finding:
-    """Report positive levels of a file in which most are; ``lines`` are the first ones of ``count``."""
-    message = (
-        f"most levels of the file are positive, so the minus sign is missing (65 instead of -65); {done}. Negate the "
-        "levels."
-    )
-    finding = Finding.at_lines("lost_sign", file, lines, message)
-    return finding.model_copy(update={"count": count})
-
-
 def level_findings(
     rows: pl.DataFrame, file: str, done: str, strength: LevelRange = SIGNAL_STRENGTH, of: int | None = None
 ) -> list[Finding]:
@@ -92,12 +71,12 @@ def level_findings(
     """
     levels = rows.select("row", pl.col("rssi_dbm").cast(pl.Float64)).drop_nulls()
     odd = levels.filter(~strength.contains(pl.col("rssi_dbm")))
-    unsigned = SIGNAL_STRENGTH.contains(-pl.col("rssi_dbm")) & (pl.col("rssi_dbm") != NOT_HEARD)
-    positive = odd.filter(unsigned)["row"].to_list()
-    if not is_sign_lost(len(positive), of or levels.height):
+    other = other_levels(levels["rssi_dbm"], of)
+    if other is None:
         return strength.outside(file, odd["row"].to_list(), done)
-    rest = odd.filter(~unsigned)["row"].to_list()
-    return [lost_sign(file, len(positive), positive, done), *strength.outside(file, rest, done)]
+    its = other.contains(pl.col("rssi_dbm"))
+    lines, rest = odd.filter(its)["row"].to_list(), odd.filter(~its)["row"].to_list()
+    return [other.finding(file, len(lines), lines, done), *strength.outside(file, rest, done)]
 
 
 def without_absurd_levels(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
@@ -108,6 +87,25 @@ def without_absurd_levels(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, 
 def measured() -> pl.Expr:
     """The column ``rssi_dbm`` (float32), null if it is out of range."""
     return pl.when(SIGNAL_STRENGTH.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
+
+
+_UNIT = r"(?i)\s*dbm?$"
+_MINUS = "^[\u2212\u2013]"
+
+
+def level_number(text: pl.Expr) -> pl.Expr:
+    """Read levels with either decimal mark, any minus sign and with or without the unit; null if not a number."""
+    plain = text.cast(pl.String).str.strip_chars().str.replace(_UNIT, "")
+    return plain.str.replace(",", ".", literal=True).str.replace(_MINUS, "-").cast(pl.Float64, strict=False)
+
+
+def level_of(text: str) -> float:
+    """:func:`level_number` of one text; NaN if it is not a number."""
+    plain = re.sub(_UNIT, "", text.strip()).replace(",", ".", 1)
+    try:
+        return float(re.sub(_MINUS, "-", plain))
+    except ValueError:
+        return math.nan
 
 
 _OCTETS = (1, 2, 3, 6)
@@ -148,6 +146,11 @@ def normal_uuid(text: str) -> str:
     """Write a UUID in lower case with dashes, also if it is 32 digits; return anything else unchanged."""
     name = text.strip()
     return _with_dashes(name.lower()) or name
+
+
+def is_address(text: str) -> bool:
+    """Whether a text is an address in any notation."""
+    return _ADDRESS.fullmatch(text.strip().lower()) is not None
 
 
 def is_masked(text: str) -> bool:
@@ -202,7 +205,34 @@ def masked_addresses(file: str, lines: list[int], names: list[str]) -> Finding:
     return Finding.at_lines("masked_addresses", file, lines, message)
 
 
-KINDS = frozenset({"absurd_levels", "lost_sign", "masked_addresses"})
+_NEARLY_ALL = 0.9
+
+
+def are_exchanged(addresses: pl.Series, names: pl.Series) -> bool:
+    """Whether nearly all network names (n,) are addresses, and nearly no address (n,) is one."""
+    return _addresses_among(names) >= _NEARLY_ALL and _addresses_among(addresses) <= 1 - _NEARLY_ALL
+
+
+def _addresses_among(names: pl.Series) -> float:
+    known = [name for name in names.unique().drop_nulls() if is_address(name)]
+    return int(names.is_in(known).sum()) / max(len(names), 1)
+
+
+def with_columns_in_place(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Exchange the columns ``bssid`` and ``ssid`` if their contents are exchanged, and report that."""
+    if not {"bssid", "ssid"} <= set(rows.columns) or not are_exchanged(rows["bssid"], rows["ssid"]):
+        return rows, []
+    message = (
+        "network names (SSID) are addresses, and addresses (BSSID) are not: the columns are exchanged; they are read "
+        "the other way round. Correct the file"
+    )
+    finding = Finding(kind="exchanged_columns", file=file, count=rows.height, message=message)
+    return rows.with_columns(bssid="ssid", ssid="bssid"), [finding]
+
+
+KINDS = frozenset(
+    {"absurd_levels", "exchanged_columns", "levels_not_dbm", "lost_sign", "masked_addresses", "stale_scans"}
+)
 """Kinds of findings about readings."""
 
 
@@ -211,12 +241,13 @@ def admitted(
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """Admit readings (``row``, ``rssi_dbm`` and the column ``sender`` of addresses) and report what is odd.
 
-    Rows without an address are skipped, except those that are ``known`` by something else; levels out of range become
-    null.
+    Columns ``bssid`` and ``ssid`` that are exchanged are read the other way round. Rows without an address are skipped,
+    except those that are ``known`` by something else; levels out of range become null.
     """
-    named, masked = with_addresses(rows, sender, file, known)
+    in_place, exchanged = with_columns_in_place(rows, file)
+    named, masked = with_addresses(in_place, sender, file, known)
     kept, absurd = without_absurd_levels(named, file)
-    return kept, [*masked, *absurd]
+    return kept, [*exchanged, *masked, *absurd]
 
 
 _MIN_CELLS = 6
@@ -311,7 +342,7 @@ def _judged(levels: pl.DataFrame, edge: int, cells: int, known: int) -> Filler:
 
 def filler_found(file: str, filler: Filler, cells: int, stated: float | None) -> Finding:
     """Report a filler that is read as "not heard"."""
-    instead = "" if stated is None else f", not {stated:g} as the format states"
+    instead = "" if stated is None or math.isnan(stated) else f", not {stated:g} as the format states"
     where = "the most frequent level out of range" if math.isnan(filler.nearest) else "the most frequent level"
     edge = "" if math.isnan(filler.nearest) else " and at the edge of all others"
     message = (

@@ -28,18 +28,18 @@ from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.intake.level_scales import OtherLevels, may_be_other, other_levels
 from vislam2tag.intake.readings import (
     SIGNAL_STRENGTH,
     Filler,
     Judgement,
+    are_exchanged,
     filler_found,
     filler_of,
     in_range,
     is_masked,
-    is_sign_lost,
-    lost_sign,
+    level_of,
     masked_addresses,
-    may_lack_its_sign,
     normal_address,
 )
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
@@ -54,10 +54,12 @@ MALFORMED: FindingKind = "malformed_lines"
 ABSURD: FindingKind = "absurd_levels"
 UNTIMED: FindingKind = "untimed_scans"
 MASKED: FindingKind = "masked_addresses"
-LOST_SIGN: FindingKind = "lost_sign"
+NOT_DBM: FindingKind = "levels_not_dbm"
 FILLER: FindingKind = "unstated_filler"
-Fields = tuple[str, str, str, str, str]
-"""Scan, access point, level, session and time as text; empty if missing."""
+_OPTIONAL = (*WALK_COLUMNS, "ssid")
+Fields = tuple[str, str, str, str, str, str]
+"""Scan, access point, level, session, time and name of the network as text; empty if missing."""
+_ODD_KEPT = 100_000
 _LEFT_OUT = "these lines are skipped"
 _MESSAGES: dict[FindingKind, str] = {
     MALFORMED: f"expected {', '.join(COLUMNS)}, with a number as level; {_LEFT_OUT}",
@@ -86,6 +88,8 @@ class BadLines:
     """Placeholders for unknown addresses in the file."""
     filler: Filler | None = None
     """The level that means "not heard"."""
+    odd: list[float] = field(default_factory=list)
+    """The first levels that may be in another form than dBm."""
 
     def add(self, kind: FindingKind, line: int) -> None:
         """Count a line (1-based)."""
@@ -96,19 +100,23 @@ class BadLines:
 
     def findings(self) -> tuple[Finding, ...]:
         """Report what was counted, in order of kind."""
-        if LOST_SIGN in self.counts and not is_sign_lost(self.counts[LOST_SIGN], self.levels):
-            self._join(LOST_SIGN, ABSURD)
+        if NOT_DBM in self.counts and self._form() is None:
+            self._join(NOT_DBM, ABSURD)
         return tuple(
             self._finding(kind).model_copy(update={"count": count, "lines": tuple(self.first[kind])})
             for kind, count in sorted(self.counts.items())
         )
 
+    def _form(self) -> OtherLevels | None:
+        """The form of most levels, if it is not dBm."""
+        return other_levels(pl.Series(self.odd), self.levels * len(self.odd) // self.counts[NOT_DBM])
+
     def _finding(self, kind: FindingKind) -> Finding:
         count, lines = self.counts[kind], self.first[kind]
         if kind == MASKED:
             return masked_addresses(self.file, lines, list(self.masked))
-        if kind == LOST_SIGN:
-            return lost_sign(self.file, count, lines, _LEFT_OUT)
+        if kind == NOT_DBM and (form := self._form()) is not None:
+            return form.finding(self.file, count, lines, _LEFT_OUT)
         if kind == ABSURD:
             return SIGNAL_STRENGTH.outside(self.file, lines, _LEFT_OUT)[0]
         if kind == FILLER and self.filler is not None:
@@ -130,6 +138,7 @@ class _Gathered:
     bssids: list[str] = field(default_factory=list)
     levels: list[float] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
+    ssids: list[str] = field(default_factory=list)
     sessions: list[str] = field(default_factory=list)
     times_ns: list[int] = field(default_factory=list)
 
@@ -178,10 +187,12 @@ def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterat
     """Read some thousand scans at a time, without splitting walks; ``name`` makes the model's name from a ``bssid``.
 
     A scan without a usable line is included, without readings. Raises DatasetError if the file cannot be read, a column
-    is missing, or the readings of a scan are not together.
+    is missing, or the readings of a scan are not together, or addresses and network names are exchanged.
     """
     for number, gathered in enumerate(_gathered(path, bad, name)):
         if number == 0:
+            if are_exchanged(pl.Series("", gathered.bssids, pl.String), pl.Series("", gathered.ssids, pl.String)):
+                raise DatasetError(f"{path}, line 1: the columns bssid and ssid are exchanged; exchange their names")
             bad.filler = gathered.filler()
         if bad.filler is not None:
             gathered.leave_out(bad.filler.level, bad)
@@ -211,13 +222,14 @@ def _gathered(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator
             gathered.bssids.append(name(fields[1]))
             gathered.levels.append(level)
             gathered.lines.append(line)
+            gathered.ssids.append(fields[5])
     if gathered.ids:
         yield gathered
 
 
 def _walk(fields: Fields, line: int, bad: BadLines) -> tuple[str, int]:
     """Return session and time of a scan; neither if one of them is missing."""
-    session, time_ns = fields[3:]
+    session, time_ns = fields[3:5]
     if not (session and time_ns):
         return "", 0
     if _WHOLE_NUMBER.fullmatch(time_ns) is None:
@@ -227,10 +239,7 @@ def _walk(fields: Fields, line: int, bad: BadLines) -> tuple[str, int]:
 
 
 def _level_dbm(fields: Fields, line: int, bad: BadLines) -> float | None:
-    try:
-        level = float(fields[2])
-    except ValueError:
-        level = math.nan
+    level = level_of(fields[2])
     if not math.isfinite(level):
         bad.add(MALFORMED, line)
         return None
@@ -238,10 +247,13 @@ def _level_dbm(fields: Fields, line: int, bad: BadLines) -> float | None:
     if is_masked(fields[1]):
         bad.add(MASKED, line)
         bad.masked.add(normal_address(fields[1]))
-    elif not in_range(level):
-        bad.add(LOST_SIGN if may_lack_its_sign(level) else ABSURD, line)
-    else:
+    elif in_range(level):
         return level
+    elif may_be_other(level):
+        bad.add(NOT_DBM, line)
+        bad.odd += [level] if len(bad.odd) < _ODD_KEPT else []
+    else:
+        bad.add(ABSURD, line)
     return None
 
 
@@ -273,7 +285,7 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
         raise DatasetError(
             f"{path}, line 1: no column {missing[0]}; the first line must name {', '.join(COLUMNS)}{apart}"
         )
-    places = [header.index(name) if name in header else None for name in (*COLUMNS, *WALK_COLUMNS)]
+    places = [header.index(name) if name in header else None for name in (*COLUMNS, *_OPTIONAL)]
     while True:
         try:
             row = next(rows)
@@ -287,8 +299,8 @@ def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
 
 
 def _texts(row: Sequence[str], places: Sequence[int | None]) -> Fields:
-    scan_id, bssid, level, session, time_ns = ("" if place is None else row[place].strip() for place in places)
-    return scan_id, bssid, level, session, time_ns
+    scan_id, bssid, level, session, time_ns, ssid = ("" if place is None else row[place].strip() for place in places)
+    return scan_id, bssid, level, session, time_ns, ssid
 
 
 def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
@@ -304,10 +316,10 @@ def _json_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]
 
 
 def _fields(values: Mapping[str, Any]) -> Fields:
-    scan_id, bssid, session, time_ns = (_text(values.get(name)) for name in ("scan_id", "bssid", *WALK_COLUMNS))
+    scan_id, bssid, session, time_ns, ssid = (_text(values.get(name)) for name in ("scan_id", "bssid", *_OPTIONAL))
     level = values.get("rssi_dbm")
     known = isinstance(level, int | float) and not isinstance(level, bool)
-    return scan_id, bssid, repr(level) if known else "", session, time_ns
+    return scan_id, bssid, repr(level) if known else _text(level), session, time_ns, ssid
 
 
 def _text(value: object) -> str:

@@ -29,7 +29,7 @@ from vislam2tag.sessions.companion_ties import (
 )
 from vislam2tag.sessions.foreign_tables import read_table, session_tables, table_times, time_column, time_findings
 from vislam2tag.sessions.model import Attachment, FileRecord, Session
-from vislam2tag.sessions.readings import mark_repeated, pressure_log
+from vislam2tag.sessions.readings import mark_repeated, mark_wifi, pressure_log, stale_scans
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.model import SessionKey, SessionRef
@@ -126,8 +126,8 @@ def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> Oth
     odd += about_cells
     if "wifi" in tables:
         wifi, about_levels = admitted(tables["wifi"], "bssid", path.name)
-        tables["wifi"] = mark_repeated(wifi, "bssid")
-        odd += about_levels
+        tables["wifi"] = mark_wifi(mark_repeated(wifi, "bssid"))
+        odd += [*about_levels, *stale_scans(tables["wifi"], path.name)]
     taps = np.empty(0, dtype=np.int64)
     told = f"a table, {times.interpretation}"
     return OtherRecording(tables, taps, told, asked, rows.height, timed.height, tuple(odd))

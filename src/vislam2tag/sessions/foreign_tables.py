@@ -300,6 +300,20 @@ def level_columns(columns: Sequence[str]) -> tuple[str, str] | None:
     return None if level is None or sender is None else (sender, level)
 
 
+def readings_in(rows: pl.DataFrame) -> pl.DataFrame | None:
+    """``bssid``, ``ssid`` and ``rssi_dbm`` of a table whose levels are numbers; None if it has no such columns."""
+    columns = level_columns(rows.columns)
+    if columns is None:
+        return None
+    names = {name.strip().lower(): name for name in rows.columns}
+    ssid = pl.col(names["ssid"]) if "ssid" in names else pl.lit("")
+    return rows.select(
+        bssid=pl.col(columns[0]).cast(pl.String).str.strip_chars(),
+        ssid=ssid.cast(pl.String).fill_null(""),
+        rssi_dbm=pl.col(columns[1]).cast(pl.Float64),
+    )
+
+
 def with_readings(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Turn the columns of levels and sensors into numbers, and report their cells that are none.
 
@@ -317,10 +331,9 @@ def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, 
     inertial readings share their times.
     """
     columns = [column for column in rows.columns if column not in ("row", "time_ns")]
-    levels = level_columns(columns)
-    if levels is not None:
+    if level_columns(columns) is not None:
         readable, odd = with_readings(rows, file)
-        return {"wifi": _wifi(readable, *levels)}, odd
+        return {"wifi": _wifi(readable)}, odd
     if any(sensor_columns(columns, sensor)[0] for sensor in MOTION_COLUMNS):
         readable, odd = with_readings(rows, file)
         sensors, units = _sensors(readable, file)
@@ -331,15 +344,17 @@ def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, 
     return {name: rows.select("row", "time_ns", first.not_().alias("repeated"), *columns)}, []
 
 
-def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
+def _wifi(rows: pl.DataFrame) -> pl.DataFrame:
     """Readings of access points; those of one time are a scan."""
+    readings = readings_in(rows)
+    assert readings is not None
     table = rows.select(
         "row",
         "time_ns",
         pl.col("time_ns").rank("dense").cast(pl.Int32).alias("scan"),
-        pl.col(bssid).cast(pl.String).str.strip_chars().alias("bssid"),
-        pl.lit("").alias("ssid"),
-        pl.col(level).cast(pl.Float32).alias("rssi_dbm"),
+        readings["bssid"],
+        readings["ssid"],
+        readings["rssi_dbm"].cast(pl.Float32),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
     return mark_repeated(table.drop_nulls("rssi_dbm"), "bssid")

@@ -11,9 +11,9 @@ from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
 from vislam2tag.core.limits import of_one_recording
-from vislam2tag.intake.readings import normal_uuids
+from vislam2tag.intake.readings import level_number, normal_uuids
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.text_tables import LineTable, level_dbm
+from vislam2tag.sessions.text_tables import LineTable
 from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
 
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
@@ -92,16 +92,17 @@ def pressure_log(sensors: pl.DataFrame) -> PressureLog | None:
 
 
 _US_TO_NS = 1000
+_LEVEL = r"(?<rssi_dbm>[^;\s]+(?:\s+(?i:dbm))?)"
 _TIME_US = pl.col("time_us").cast(pl.Int64, strict=False)
 WIFI_LINES = LineTable(
     # The fields after the text are found from the end of the line.
     r"^\s*(?<scan>[+-]?\d+)\s*;(?<blank>\s*)(?<time_us>\d+)\s*;\s*WLAN\s*;(?<ssid>.*);\s*(?<bssid>[^;\s]*)\s*;"
-    r"\s*(?<rssi_dbm>[^;\s]+)\s*$",
+    rf"\s*{_LEVEL}\s*$",
     (
         (pl.when(_TIME_US <= (2**63 - 1) // _US_TO_NS).then(_TIME_US) * _US_TO_NS).alias("time_ns"),
         pl.col("scan").cast(pl.Int32, strict=False),
         pl.col("bssid", "ssid"),
-        level_dbm(pl.col("rssi_dbm")),
+        level_number(pl.col("rssi_dbm")).cast(pl.Float32),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     ),
     pl.all_horizontal(pl.col("time_ns", "scan", "bssid", "ssid", "rssi_dbm").is_not_null()),
@@ -118,11 +119,28 @@ def mark_repeated(rows: pl.DataFrame, *sender: str) -> pl.DataFrame:
     return rows.with_columns(repeated=pl.struct(*sender, "time_ns").is_first_distinct().not_())
 
 
+def mark_wifi(rows: pl.DataFrame) -> pl.DataFrame:
+    """Make ``repeated`` true for all rows of stale scans, too: see :func:`repeated_scans`."""
+    return rows.with_columns(repeated=pl.col("repeated") | pl.col("scan").is_in(repeated_scans(rows)))
+
+
+def stale_scans(rows: pl.DataFrame, file: str) -> list[Finding]:
+    """Report scans that repeat the scan before, whatever their times; ``lines`` are their first ones."""
+    stale = rows.filter(pl.col("scan").is_in(repeated_scans(rows)))
+    message = (
+        "scans repeat all addresses and levels of the scan before, so they are old results and are not used; disable "
+        "'Wi-Fi scan throttling' in the developer options of the phone"
+    )
+    starts = stale.group_by("scan").agg(pl.col("row").min())["row"].sort().to_list()
+    return at_lines_if("stale_scans", file, starts, message)
+
+
 def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
-    """Report stale rows and throttled scanning; ``rows`` carry ``repeated``."""
+    """Report stale rows and scans, and throttled scanning; ``rows`` are of :func:`mark_wifi`."""
     message = "a scan repeats readings of an earlier one (same BSSID and time); each counts once"
-    stale = rows.filter("repeated")["row"].to_list()
-    findings = at_lines_if("stale_wifi_rows", file, stale, message, Severity.INFO)
+    findings = stale_scans(rows, file)
+    again = rows.filter(pl.col("repeated"), ~pl.col("scan").is_in(repeated_scans(rows)))["row"].to_list()
+    findings += at_lines_if("stale_wifi_rows", file, again, message, Severity.INFO)
     interval_s = median_scan_interval_s(rows)
     if interval_s is not None and interval_s > settings.scan_interval_s:
         message = (
@@ -153,14 +171,14 @@ BEACON = ("address", "uuid", "major", "minor")
 """Columns that identify the sender of an advertisement."""
 BLE_LINES = LineTable(
     # The shortest name that leaves a level, with or without an identity after it.
-    r"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*(?<rssi_dbm>[^;\s]+)\s*"
+    rf"^\s*(?<time_ns>\d+)\s*;(?<blank>\s*)(?<address>[^;\s]*)\s*;(?<name>.*?);\s*{_LEVEL}\s*"
     r"(?:;\s*(?<uuid>[0-9A-Fa-f-]{32,36})?\s*;\s*(?<major>\d+)?\s*;\s*(?<minor>\d+)?\s*)?$",
     (
         pl.col("time_ns").cast(pl.Int64, strict=False),
         pl.col("address", "name"),
         pl.col("uuid").map_batches(normal_uuids, return_dtype=pl.String),
         pl.col("major", "minor").cast(pl.Int32, strict=False),
-        level_dbm(pl.col("rssi_dbm")),
+        level_number(pl.col("rssi_dbm")).cast(pl.Float32),
     ),
     pl.all_horizontal(
         pl.col("time_ns", "address", "name", "rssi_dbm").is_not_null(),
@@ -208,16 +226,16 @@ FEWEST_READINGS = 4
 
 
 def repeated_scans(wifi: pl.DataFrame) -> list[int]:
-    """Numbers of the scans whose readings are those of the scan before, in order; ``wifi`` as in a session."""
+    """Numbers of the scans with the addresses and levels of the scan before, in order; ``wifi`` as in a session."""
     scans = (
-        wifi.filter(~pl.col("repeated") & pl.col("rssi_dbm").is_not_null())
+        wifi.filter(pl.col("rssi_dbm").is_not_null())
         .group_by("scan", maintain_order=True)
         .agg(
-            pl.col("time_ns").min().alias("first_ns"),
+            pl.col("time_ns").max().alias("last_ns"),
             pl.struct("bssid", "rssi_dbm").hash(seed=0).sort().alias("readings"),
             pl.len().alias("count"),
         )
-        .sort("first_ns")
+        .sort("last_ns", maintain_order=True)
     )
     alike = (pl.col("readings") == pl.col("readings").shift(1)) & (pl.col("count") >= FEWEST_READINGS)
     return scans.filter(alike.fill_null(value=False))["scan"].to_list()

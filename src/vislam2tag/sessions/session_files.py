@@ -29,6 +29,7 @@ from vislam2tag.sessions.readings import (
     SENSOR_VALUES,
     ble_findings,
     mark_repeated,
+    mark_wifi,
     sensor_table,
     wifi_findings,
 )
@@ -141,7 +142,7 @@ class SessionFiles:
         """The table ``wifi`` of a session, of rows as their file has them."""
         file = self.name_of("wifi")
         named = self.noted(admitted(rows.with_columns(pl.col("ssid").fill_null("")), "bssid", file))
-        rows = mark_repeated(named, "bssid")
+        rows = mark_wifi(mark_repeated(named, "bssid"))
         self.findings += wifi_findings(rows, file, settings)
         return rows
 

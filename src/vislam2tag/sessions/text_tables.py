@@ -13,7 +13,7 @@ import polars as pl
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
-from vislam2tag.intake.cells import LEVEL_UNIT, unreadable_cells
+from vislam2tag.intake.cells import unreadable_cells
 from vislam2tag.intake.time_units import ROUNDED, rounded_step
 
 _EXTRA = "_extra"
@@ -228,16 +228,6 @@ class LineTable:
         table = fields.with_columns(stripped.alias(self.text)).select(_line_numbers(1), *self.columns)
         raw = _with_marks_judged(_separated(data, file, table, self.readable), data)
         return replace(raw, findings=(*raw.findings, *_undecodable(data, raw, self.text)))
-
-
-def level_dbm(text: pl.Expr) -> pl.Expr:
-    """Read a level with either decimal mark (dBm); null where it is not a number."""
-    return (
-        text.str.replace(LEVEL_UNIT, "")
-        .str.replace(",", ".", literal=True)
-        .cast(pl.Float64, strict=False)
-        .cast(pl.Float32)
-    )
 
 
 def _undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:

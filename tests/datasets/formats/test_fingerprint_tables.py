@@ -102,6 +102,18 @@ def test_a_place_without_a_part_or_with_a_floor_beyond_all_numbers_is_none(tmp_p
     assert found.select("x", "floor", "status").rows() == [(None, None, "invalid"), (1.0, 0, "ok")]
 
 
+def test_columns_may_be_named_by_addresses_that_are_not_masked(tmp_path: Path) -> None:
+    files = uts(f"-50,-60,{SILENT.replace('100', '-70', 1)},1,2,0\n")
+    names = ("021A.0000.0001", "02:00:00:00:00:00", "02-1a-00-00-00-02")
+    for number, name in enumerate(names, start=1):
+        files["UTS_training.csv"] = files["UTS_training.csv"].replace(f"WAP00{number}", name, 1)
+    dataset = read(tmp_path, "uts", files)
+    assert dataset.readings.collect()["bssid"].to_list() == ["02:1a:00:00:00:01", "02:1a:00:00:00:02"]
+    (finding,) = dataset.info.findings
+    assert (finding.kind, finding.count) == ("masked_addresses", 1)
+    assert "columns of no address are skipped: 02:00:00:00:00:00. Possible cause: without" in finding.message
+
+
 def test_wifine_has_walks_their_times_and_a_split(tmp_path: Path) -> None:
     train = wifine("train/train_4_1.csv", "-48.0,-100.0,1,0.0,1,2,0.5,0", "-50,-60,2,3.95,4,5,0.5,0")
     dataset = read(tmp_path, "wifine", train | wifine("val/val_45_e_1.csv", "-100.0,-71.5,1,0.0,7,8,9,1"))

@@ -23,7 +23,7 @@ from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.intake.readings import admitted
+from vislam2tag.intake.readings import admitted, level_number
 
 FOLDER = "intermediate"
 """Folder below a data set's root in which the package expects the three files."""
@@ -138,7 +138,7 @@ def _part(sets: pl.Series) -> pl.Series:
 
 
 def _heard(file: Path, rssi: pl.DataFrame, rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Finding]]:
-    typed = rssi.with_row_index("row", offset=2).with_columns(rssi_dbm=pl.col("rssi").cast(pl.Float32, strict=False))
+    typed = rssi.with_row_index("row", offset=2).with_columns(rssi_dbm=level_number(pl.col("rssi")).cast(pl.Float32))
     wrong = typed.filter(pl.col("rssi_dbm").is_null())
     if wrong.height:
         raise DatasetError(f"{file}: line {wrong['row'][0]}: rssi must be a number")

@@ -23,10 +23,18 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_tables import spreadsheet_escaped, spreadsheet_unescaped
 from vislam2tag.datasets import writing
 from vislam2tag.datasets.fingerprint_tables import WALK, FingerprintTables, SetDescription
-from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
+from vislam2tag.datasets.format_registry import (
+    LEVEL_OPTIONS,
+    ExportContext,
+    ExportFormat,
+    ImportContext,
+    ImportFormat,
+    register,
+)
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.intake.readings import MASKED, NOT_HEARD, normal_addresses, strength_of
+from vislam2tag.intake.level_scales import NOT_HEARD
+from vislam2tag.intake.readings import MASKED, normal_addresses, strength_of
 
 TECHNOLOGY = "wifi"
 STRENGTH = strength_of(["uji"])
@@ -240,6 +248,6 @@ def _with_numbers(rows: pl.DataFrame, extra: pl.DataFrame, numbers: Mapping[str,
 
 
 register(
-    ImportFormat("uji", read, TABLES.recognises, takes=("not_heard",)),
+    ImportFormat("uji", read, TABLES.recognises, takes=LEVEL_OPTIONS),
     ExportFormat("uji", HOLDS, takes=("split",), write=write),
 )

@@ -36,6 +36,7 @@ from vislam2tag.datasets.folder import (
     sha256_of,
 )
 from vislam2tag.datasets.format_registry import (
+    LEVEL_OPTIONS,
     ExportContext,
     ExportFormat,
     ImportContext,
@@ -48,6 +49,7 @@ from vislam2tag.datasets.labelled import is_labelled
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
 from vislam2tag.datasets.writing import left_out, left_out_of_dataset
+from vislam2tag.intake.level_scales import LevelScale
 from vislam2tag.labeling.tables import SCHEMAS
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.pipeline.run.selection import refuse_among_sessions
@@ -77,7 +79,9 @@ class ImportOptions:
     follow_links: bool = False
     """Include files that links lead to outside the folder."""
     not_heard: float | None = None
-    """The level for "not heard" in formats with a column for each access point; None: from the files."""
+    """The number for "not heard" in formats with a column for each access point; None: from the files."""
+    levels: LevelScale | None = None
+    """What the numbers in these formats mean, if they are not dBm."""
 
 
 def import_format(
@@ -96,8 +100,8 @@ def import_format(
     with dataset_folder(out, "import", options.replace) as folder:
         with scratch_folder(folder.out) as scratch:
             with _reading(path):
-                context = ImportContext(scratch, options.origin, progress, options.most_unpacked, options.not_heard)
-                dataset = chosen.read(path, context)
+                given = (options.origin, progress, options.most_unpacked, options.not_heard, options.levels)
+                dataset = chosen.read(path, ImportContext(scratch, *given))
             dataset = with_privacy(dataset, options.privacy)
             folder.add(dataset)
         info = dataset.info if options.name is None else dataset.info.model_copy(update={"name": options.name})
@@ -111,8 +115,10 @@ def _chosen(path: Path, options: ImportOptions) -> ImportFormat:
     chosen = import_named(options.format_name) if options.format_name else import_format_of(path)
     if options.origin is not None and "origin" not in chosen.takes:
         raise UsageError(f"--origin: positions of {chosen.name} are already in metres; remove this option")
-    if options.not_heard is not None and "not_heard" not in chosen.takes:
-        raise UsageError(f"--not-heard: {chosen.name} only lists received access points; remove this option")
+    for name in LEVEL_OPTIONS:
+        if getattr(options, name) is not None and name not in chosen.takes:
+            option = name.replace("_", "-")
+            raise UsageError(f"--{option}: {chosen.name} only lists received access points; remove this option")
     return chosen
 
 

@@ -23,7 +23,7 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
-from vislam2tag.intake.readings import level_findings, with_addresses
+from vislam2tag.intake.readings import level_findings, with_addresses, with_columns_in_place
 from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, shared_times
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
@@ -33,8 +33,8 @@ from vislam2tag.sessions.foreign_tables import (
     MOTION_COLUMNS,
     Clock,
     TableTimes,
-    level_columns,
     read_table,
+    readings_in,
     sensor_columns,
     table_times,
     time_column,
@@ -75,7 +75,8 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
             if wanted == MOTION
             else ("a column bssid and one of levels, such as rssi")
         )
-        raise UsageError(f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}")
+        missing = f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}"
+        raise UsageError(_with_findings(missing, rows))
     return found
 
 
@@ -87,32 +88,31 @@ def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: Lab
 
 def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
     """Times and levels of each access point in a table; empty if it has no such columns."""
-    wifi = _levels_of(rows)
+    wifi = readings_in(rows)
     if wifi is None:
         return {}
-    return heard_in(wifi.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable)))
-
-
-def _levels_of(rows: pl.DataFrame) -> pl.DataFrame | None:
-    """Access points and levels of a table; None if it has no such columns."""
-    columns = level_columns(rows.columns)
-    if columns is None:
-        return None
-    return rows.select(pl.col(columns[0]).cast(pl.String).alias("bssid"), pl.col(columns[1]).alias("rssi_dbm"))
+    in_place, _ = with_columns_in_place(wifi, "")
+    return heard_in(in_place.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable)))
 
 
 def level_findings_of(rows: pl.DataFrame) -> list[Finding]:
-    """Findings about a table's addresses and levels; the rows keep them."""
-    wifi = _levels_of(rows)
+    """Findings about a table's addresses and levels; the rows (with ``row``, the line) keep them."""
+    wifi = readings_in(rows)
     if wifi is None:
         return []
-    named, masked = with_addresses(wifi.with_columns(rows["row"]), "bssid", "")
+    in_place, exchanged = with_columns_in_place(wifi.with_columns(rows["row"]), "")
+    named, masked = with_addresses(in_place, "bssid", "")
     done = "these readings are not used to align clocks"
-    return [*masked, *level_findings(named, "", done)]
+    return [*exchanged, *masked, *level_findings(named, "", done)]
 
 
 def _sentence(finding: Finding) -> str:
-    return f"{finding.kind} {finding.count} (lines {', '.join(map(str, finding.lines))}): {finding.message}"
+    lines = f" (lines {', '.join(map(str, finding.lines))})" if finding.lines else ""
+    return f"{finding.kind} {finding.count}{lines}: {finding.message}"
+
+
+def _with_findings(problem: str, rows: pl.DataFrame) -> str:
+    return ". ".join([problem, *(_sentence(one).rstrip(".") for one in level_findings_of(rows))])
 
 
 def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
@@ -258,7 +258,7 @@ def _with_clocks(
             found.append(replace(walk, clock=clock))
             notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
-        raise UsageError(_nothing_tells(times, refused, align))
+        raise UsageError(_with_findings(_nothing_tells(times, refused, align), rows))
     return found, notes
 
 

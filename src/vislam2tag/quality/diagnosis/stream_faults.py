@@ -120,10 +120,10 @@ def _repeated_scans(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
             Fault(
                 kind=FaultKind.REPEATED_SCANS,
                 sessions=[str(key) for key in sorted(bad)],
-                summary=f"device {device} reported old Wi-Fi scans again as new ones",
+                summary=f"device {device} reported old Wi-Fi scans again as new ones; they are not used. Disable "
+                "'Wi-Fi scan throttling' in its developer options",
                 evidence=f"{repeated} of {scans} scans in {len(bad)} of its {len(own)} walks repeat the preceding scan "
                 "exactly, with all access points and levels",
-                corrections=[proposed("drop_repeated_scans", device=device)],
             )
         )
     return found

@@ -27,6 +27,7 @@ from vislam2tag.sessions.readings import (
     SENSOR_VALUES,
     ble_rows,
     mark_jittered,
+    mark_wifi,
     sensor_rows,
     sensors_of_log,
     wifi_findings,
@@ -234,7 +235,8 @@ def _wifi(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame,
     odd = table.filter(~pl.col("usable"))["row"].to_list()
     message = "the sensor time is not within ten minutes before the row was written; the time of the row is used"
     readings, left_out = admitted(_readings(table), "bssid", file)
-    return mark_jittered(readings, "bssid"), [*at_lines_if("unusable_sensor_time", file, odd, message), *left_out]
+    marked = mark_wifi(mark_jittered(readings, "bssid"))
+    return marked, [*at_lines_if("unusable_sensor_time", file, odd, message), *left_out]
 
 
 def _ble(rows: pl.DataFrame, offset_s: float, file: str) -> tuple[pl.DataFrame, list[Finding]]:

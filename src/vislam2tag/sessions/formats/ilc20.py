@@ -20,7 +20,7 @@ from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.context import FixLog
 from vislam2tag.intake.readings import admitted, normal_addresses, normal_uuids
 from vislam2tag.sessions.model import FileRecord, Session, too_few_fixes
-from vislam2tag.sessions.readings import mark_jittered, sensor_rows, sensors_of_log, wifi_findings
+from vislam2tag.sessions.readings import mark_jittered, mark_wifi, sensor_rows, sensors_of_log, wifi_findings
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import line_count, unreadable_findings, with_lines
@@ -175,7 +175,8 @@ def _wifi(rows: pl.DataFrame, file: str, joined: list[int]) -> tuple[pl.DataFram
     odd = _original(table.filter(~pl.col("usable"))["row"].to_list(), joined)
     message = "lastseen is not within ten minutes before the scan was logged; the time of the scan is used"
     readings, left_out = _admitted(table, "bssid", file, joined, "scan", "ssid", "frequency_mhz")
-    return mark_jittered(readings, "bssid"), [*at_lines_if("unusable_lastseen", file, odd, message), *left_out]
+    marked = mark_wifi(mark_jittered(readings, "bssid"))
+    return marked, [*at_lines_if("unusable_lastseen", file, odd, message), *left_out]
 
 
 def _ble(
