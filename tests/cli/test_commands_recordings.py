@@ -210,3 +210,30 @@ def test_tables_that_cannot_be_labelled(
     done = vislam2tag("label", tmp_path / "table.csv", "--labels", labels, *options)
     assert message in the_error(done)
     assert [path.name for path in tmp_path.iterdir()] == ["table.csv"]
+
+
+def test_a_table_with_motion_is_aligned_whatever_its_times_count_from(labels: Path, headset: pl.DataFrame) -> None:
+    seconds = (headset["taken_ns"] - headset["taken_ns"][0]).cast(pl.Float64) * 1e-9
+    axes = [name for name in headset.columns if name.startswith(("gyro", "Gyro", "w"))]
+    made = label(headset.select(axes).with_columns(time=seconds), labels)
+    assert "according to common turn rates" in made.notes[1]
+    assert made.counts["ok"] > 0.9 * headset.height
+
+
+@pytest.mark.parametrize(("hours", "word"), [(1, "earlier"), (-1, "later")])
+def test_a_clock_that_is_an_hour_off_is_named(labels: Path, wifi: pl.DataFrame, hours: int, word: str) -> None:
+    table = pl.DataFrame({"timestamp": [int(ms) + (BOOT_TO_UNIX_S + hours * 3600) * 1000 for ms in wifi["ms"]]})
+    made = label(table, labels, offset_s=BOOT_TO_UNIX_S)
+    assert f"{wifi.height} would be if the table's clock were 1 h {word}, as with daylight saving" in made.notes[1]
+
+
+def test_rounded_times_and_cells_without_a_number_are_named(tmp_path: Path, labels: Path, wifi: pl.DataFrame) -> None:
+    (tmp_path / "rounded.csv").write_text("time_ns,co2\n7.25494E+14,400\n7.25495E+14,401\n", encoding="utf-8")
+    said = the_error(vislam2tag("label", tmp_path / "rounded.csv", "--labels", labels))
+    assert "are rounded to 1 s; use the original file" in said
+    lines = "".join(f"{ms}, AA, -60\n" for ms in wifi["ms"])
+    (tmp_path / "cells.csv").write_text(f"time_ms, bssid, rssi\n{lines}soon, AA, N/A\n", encoding="utf-8")
+    done = vislam2tag("label", tmp_path / "cells.csv", "--labels", labels)
+    line = wifi.height + 2
+    assert f"unreadable_cells 1 (lines {line}): column time_ms: cells such as 'soon' (line {line})" in done.stdout
+    assert f"column  rssi: cells such as ' N/A' (line {line})" in done.stdout

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
 
+import polars as pl
 import pytest
 
 from vislam2tag.common.errors import UsageError, first_line, import_extra
@@ -14,6 +16,29 @@ from vislam2tag.common.errors import UsageError, first_line, import_extra
 )
 def test_an_error_is_told_in_one_line(error: Exception, words: str) -> None:
     assert first_line(error) == words
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"a,b\n1,2\n1,2,3\n", "a line has more fields than the first line"),
+        (b"a,b\n1,x\n", "'x' in column b is not a whole number"),
+        (b"", "it is empty"),
+        (b"a\n1\n", "there is no column b"),
+        (b'a,b\n"1,2\n3,4\n', "a quote is not closed"),
+    ],
+)
+def test_errors_of_polars_are_told_in_words_about_the_file(content: bytes, words: str) -> None:
+    with pytest.raises(pl.exceptions.PolarsError) as caught:
+        pl.read_csv(content, schema_overrides={"a": pl.Int64, "b": pl.Int64}).select("a", "b")
+    assert first_line(caught.value) == words
+
+
+@pytest.mark.parametrize(("value", "failing"), [(1e300, pl.col("a").cast(pl.Int64)), (1, pl.col("a").str.len_chars())])
+def test_other_errors_of_polars_do_not_speak_of_its_types(value: float, failing: pl.Expr) -> None:
+    with pytest.raises(pl.exceptions.PolarsError) as caught:
+        pl.DataFrame({"a": [value]}).select(failing)
+    assert not re.search("dtype|conversion from|expression|[Ss]chema|[if]64", first_line(caught.value))
 
 
 def test_what_lacks_is_named_and_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:

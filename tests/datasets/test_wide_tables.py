@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,33 @@ def test_only_what_was_heard_becomes_a_row(tmp_path: Path) -> None:
 )
 def test_byte_order_mark_and_windows_lines(tmp_path: Path, text: str) -> None:
     assert wide(tmp_path, text).heard.rows() == [(0, "WAP001", -50.0)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "WAP001;WAP002;x;phone\n-50;100;1,5;LG\n",
+        "wap001,Wap002,X,Phone\n-50.0,100.0,1.5,LG\n",
+        "WAP001, WAP002, x, phone\n -50, 100, 1.5,LG\n",
+        "WAP001\tWAP002\tx\tphone\n-50dBm\t100\t1.5\tLG\n",
+    ],
+)
+def test_tables_of_spreadsheets_and_of_pandas_are_read(tmp_path: Path, text: str) -> None:
+    table = wide(tmp_path, text)
+    assert table.heard.rows() == [(0, "WAP001", -50.0)]
+    assert table.rows.rows() == [(0, 1.5, "LG")]
+
+
+def test_a_cell_in_another_notation_late_in_a_table_is_read(tmp_path: Path) -> None:
+    text = "WAP001,floor\n" + "-50,1\n-61,1\n-72,1\n-83,1\n" * 12_500 + "-51,2.0\n"
+    (tmp_path / "wide.csv").write_text(text, encoding="utf-8")
+    table = read_wide(tmp_path / "wide.csv", {"floor": pl.Int64()}, lambda name: name.startswith("WAP"))
+    assert table.rows.height == 50_001
+    assert table.rows.row(-1) == (50_000, 2)
+    for cell, said in (("2.5", "line 50002, column floor: 2.5 is not a whole"), ("1.38E+09", "are rounded to 1e+07")):
+        (tmp_path / "wide.csv").write_text(text.replace("2.0", cell), encoding="utf-8")
+        with pytest.raises(DatasetError, match=re.escape(said)):
+            read_wide(tmp_path / "wide.csv", {"floor": pl.Int64()}, lambda name: name.startswith("WAP"))
 
 
 def test_odd_levels_and_columns_are_told_by_line(tmp_path: Path) -> None:

@@ -5,7 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vislam2tag.intake.time_units import ANY, FRAMES, NS_OF, READINGS, SCANS, recognised_ns
+from vislam2tag.intake.time_units import (
+    ANY,
+    FRAMES,
+    NS_OF,
+    READINGS,
+    SCANS,
+    clock_change,
+    ns_of_seconds,
+    recognised_ns,
+    rounded_step,
+    shared_times,
+)
 
 START_NS = 52_000 * 10**9
 
@@ -89,3 +100,51 @@ def test_a_gap_does_not_hide_the_unit() -> None:
 def test_a_short_clip_stays() -> None:
     clip = times_ns(1 / 60, 40)
     assert recognised_ns(clip, clip, FRAMES, "poses.csv", "nanoseconds")[1] == []
+
+
+@pytest.mark.parametrize(
+    ("cells", "step"),
+    [
+        (["1.70000E+18", "1.70000E+18"], 1e13),
+        (["7.25494E+14"], 1e9),
+        (["1,70136286270131E+018"], 1e4),
+        (["99999.5", "1.0000e+05"], 10.0),
+        (["1.234500000000000000e+02"], 1e-16),
+        (["1700000000000000000", "12.5", "", None], 0.0),
+    ],
+)
+def test_the_step_of_rounded_numbers_is_that_of_their_last_digit(cells: list[str | None], step: float) -> None:
+    assert rounded_step(cells)[0] == pytest.approx(step)
+
+
+@pytest.mark.parametrize(("hours", "step_s"), [(1, 0.02), (-1, 0.02), (1, 60.0), (-1, 60.0)])
+def test_a_clock_that_was_changed_by_an_hour_is_found(hours: int, step_s: float) -> None:
+    walk = times_ns(step_s, 300)
+    assert clock_change(walk) is None
+    changed = walk + np.where(np.arange(300) < 100, 0, hours * 3600 * 10**9)
+    assert clock_change(changed) == 100
+    pause = walk + np.where(np.arange(300) < 100, 0, 3_700 * 10**9)
+    assert clock_change(pause) is None
+
+
+def test_an_inertial_sensor_whose_readings_share_times_has_rounded_times() -> None:
+    walk = times_ns(0.01, 500)
+    assert not shared_times(walk)
+    assert not shared_times(np.repeat(walk, 2))
+    assert shared_times(walk // 10**9)
+
+
+@pytest.mark.parametrize("unit", ["nanoseconds", "microseconds", "milliseconds"])
+def test_dates_that_are_not_in_seconds_are_recognised(unit: str) -> None:
+    true_s = 1_700_000_000 + np.arange(100) / 30
+    read, (finding,) = ns_of_seconds(true_s * (1e9 / NS_OF[unit]), FRAMES, "poses.tum")
+    assert np.abs(read - true_s * 1e9).max() < 1000
+    assert (finding.kind, finding.count) == ("time_unit", 100)
+    assert ns_of_seconds(true_s, FRAMES, "poses.tum")[1] == []
+
+
+def test_times_beyond_64_bits_and_rounded_ones_do_not_fail() -> None:
+    read, _ = ns_of_seconds(np.array((1.0, 1e300, np.nan, -np.inf)), FRAMES, "poses.tum")
+    assert read.tolist() == [10**9, 2**62, 0, -(2**62)]
+    _, (finding,) = ns_of_seconds(np.full(60, 1.7e9), FRAMES, "poses.tum")
+    assert finding.kind == "rounded_times"

@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 
 from tests.sessions.raw import count_lines
-from vislam2tag.sessions.text_tables import FieldTable, RawTable
+from vislam2tag.sessions.text_tables import FieldTable, NamedTable, RawTable
 
 SCHEMA = {"time_ns": pl.Int64, "name": pl.String, "value": pl.Float64}
 
@@ -118,3 +118,22 @@ def test_a_byte_order_mark_is_no_text() -> None:
 def test_lines_are_counted_as_an_editor_counts_them(data: bytes, lines: int) -> None:
     assert count_lines(data) == lines
     assert parse(data).lines == lines
+
+
+def test_cells_of_a_named_table_are_reported_by_column_and_blanks_are_no_part_of_them() -> None:
+    read = NamedTable({"time": pl.Int64, "x": pl.Float64}, ("x",)).read
+    assert read(b"time,x\n1, 2.5\n 2 , 3\n", "f.csv").rows.rows() == [(2, 1, 2.5), (3, 2, 3.0)]
+    found = {each.kind: each for each in read(b"time,x\n1,N/A\n2,3\n3,near\n", "f.csv").findings}
+    assert (found["unreadable_cells"].count, found["unreadable_cells"].lines) == (2, (2, 4))
+    assert "column x: cells such as 'N/A' (line 2)" in found["unreadable_cells"].message
+
+
+def test_times_that_a_spreadsheet_rounded_are_named() -> None:
+    tables = (
+        NamedTable({"time": pl.Int64, "x": pl.Float64}).read,
+        FieldTable({"t": pl.Int64, "x": pl.Float64}, ",").read,
+    )
+    for read in tables:
+        found = {each.kind: each for each in read(b"time,x\n1.70136E+18,2\n1.70136E+18,3\n", "f.csv").findings}
+        assert "such as 1.70136E+18" in found["rounded_times"].message
+        assert "malformed_lines" not in found

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from types import ModuleType
 
 
@@ -49,10 +50,29 @@ class UsageError(Vislam2tagError):
 
 
 def first_line(error: Exception) -> str:
-    """What a library's error says, for a message of ours: its first line, or its kind where it says nothing."""
-    return (str(error).splitlines() or [type(error).__name__])[0]
+    """What a library's error says, for a message of ours: its first line, or its kind where it says nothing.
+
+    Errors of Polars speak of its schemas and expressions: they are said in words about the file.
+    """
+    if not type(error).__module__.startswith("polars"):
+        return (str(error).splitlines() or [type(error).__name__])[0]
+    matches = ((re.match(pattern, str(error)), words) for pattern, words in _TABLE_ERRORS.items())
+    return next((found.expand(words) for found, words in matches if found), "its content is damaged or of another kind")
 
 
+_TABLE_ERRORS = {
+    r"a quote in its last field is not closed|parquet: .*": r"\g<0>",
+    r"found more fields than defined": "a line has more fields than the first line",
+    r"could not parse `([^`\n]*)` as dtype `[iu]\d+` at column '([^']*)'": r"'\1' in column \2 is not a whole number",
+    r"could not parse `([^`\n]*)` as dtype `f\d+` at column '([^']*)'": r"'\1' in column \2 is not a number",
+    r"could not parse `\"": "a quote is not closed",
+    r"unable to find column \"([^\"]*)\"": r"there is no column \1",
+    r"conversion from .* failed in column '([^']*)'": r"column \1 contains values of another kind",
+    r"could not find an appropriate format to parse dates": "the dates have another form",
+    r"empty CSV": "it is empty",
+    r"invalid utf-8": "it is not UTF-8 text",
+}
+"""Beginnings of errors of Polars, and what they mean for a file."""
 _EXTRAS = {
     "tables": ("openpyxl",),
     "plans": ("ezdxf", "pypdfium2", "resvg_py"),

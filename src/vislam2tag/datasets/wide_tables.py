@@ -14,6 +14,8 @@ from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
 from vislam2tag.intake import readings
+from vislam2tag.intake.cells import separator_of, with_numbers
+from vislam2tag.intake.time_units import ROUNDED, rounded_step
 
 _ROWS_AT_ONCE = 2000
 """Rows of the wide table in memory at once; there are about twenty times as many cells as heard levels."""
@@ -58,15 +60,19 @@ def read_wide(
     Unknown columns are skipped and reported. Raises DatasetError with file and line if there are no access points or a
     cell is not a number, and with a question if a level may mean "not heard".
     """
-    header = _top_line(path).split(",")
-    return _read(
-        path, tuple(name.strip().strip('"') for name in header), columns, is_access_point, rules, has_header=True
-    )
+    known = {name.lower(): name for name in columns}
+
+    def usual(name: str) -> str:
+        """The name as the format writes it, where the table differs by case only."""
+        upper = name if is_access_point(name) else name.upper()
+        return known.get(name.lower(), upper if is_access_point(upper) else name)
+
+    return _read(path, tuple(map(usual, _top_fields(path))), columns, is_access_point, rules, has_header=True)
 
 
 def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
     """Read a table of levels only, without a header; columns are named WAP001, WAP002, ...; raises as above."""
-    count = len(_top_line(path).split(","))
+    count = len(_top_fields(path))
     digits = max(3, len(str(count)))
     names = tuple(f"WAP{number:0{digits}d}" for number in range(1, count + 1))
     return _read(path, names, {}, lambda _: True, rules, has_header=False)
@@ -77,7 +83,7 @@ def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame
 
     Raises DatasetError with file and line if it has other columns, or a cell is not a number.
     """
-    width = len(_top_line(path).split(","))
+    width = len(_top_fields(path))
     if width != len(columns):
         raise _wrong_width(path, 1, width, len(columns), f" ({', '.join(columns)})")
     table = pl.concat(_batches(path, columns, has_header=False))
@@ -88,9 +94,14 @@ def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame
 def is_wide(path: Path, names: frozenset[str]) -> bool:
     """Whether a file is a CSV table whose header has all these columns."""
     try:
-        return names <= {name.strip().strip('"') for name in _top_line(path).split(",")}
+        return {name.lower() for name in names} <= {name.lower() for name in _top_fields(path)}
     except DatasetError:
         return False
+
+
+def _top_fields(path: Path) -> list[str]:
+    line = _top_line(path)
+    return [name.strip().strip('"') for name in line.split(separator_of(line))]
 
 
 def _top_line(path: Path) -> str:
@@ -181,55 +192,77 @@ def _measured(
 
 
 def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> Iterator[pl.DataFrame]:
+    """Yield the rows with their types; from the first cell on that is written in another way, by way of texts."""
+    separator = separator_of(_top_line(path))
+
+    def rows(kinds: Mapping[str, pl.DataType]) -> Iterator[pl.DataFrame]:
+        table = scan_csv(path, dict(kinds), has_header=has_header, separator=separator)
+        yield from table.collect_batches(maintain_order=True, chunk_size=_ROWS_AT_ONCE)
+
+    done = 0
     try:
-        yield from scan_csv(path, schema=dict(schema), has_header=has_header).collect_batches(
-            maintain_order=True, chunk_size=_ROWS_AT_ONCE
-        )
+        for batch in rows(schema):
+            yield batch
+            done += batch.height
+        return
+    except pl.exceptions.PolarsError:
+        texts = rows(dict.fromkeys(schema, pl.String()))
+    first = 1 + has_header
+    try:
+        for batch in texts:
+            left_out = min(done, batch.height)
+            done -= left_out
+            yield _typed(path, batch.with_row_index("row", first)[left_out:], schema)
+            first += batch.height
     except pl.exceptions.PolarsError as error:
-        raise _wrong_cell(path, schema, has_header=has_header) or DatasetError(
+        raise _wrong_line(path, len(schema), separator) or DatasetError(
             f"{path}: cannot be read ({first_line(error)}); expected comma separated numbers"
         ) from error
 
 
-def _wrong_cell(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> DatasetError | None:
-    """Return an error for the first wrong cell, by line, of a table that cannot be parsed."""
-    kinds = list(schema.items())
+def _typed(path: Path, texts: pl.DataFrame, schema: Mapping[str, pl.DataType]) -> pl.DataFrame:
+    """Convert texts to the types of their columns; raises DatasetError with line and column if a cell is no number."""
+    texts = texts.with_columns(pl.col("row").cast(pl.Int64))
+    numeric = [name for name, kind in schema.items() if kind.is_numeric()]
+    numbers, _ = with_numbers(texts, numeric, path.name)
+    for name in numeric:
+        wrong = texts.filter(numbers[name].is_null() & (texts[name].str.strip_chars() != ""))
+        if wrong.height:
+            line, cell = wrong["row"][0], wrong[name][0]
+            raise DatasetError(f"{path}: line {line}, column {name}: '{cell}' is not a number; correct the file")
+    for name in (name for name in numeric if schema[name].is_integer()):
+        step, example = rounded_step(texts[name])
+        if step > 1:
+            raise DatasetError(f"{path}: column {name}: values such as {example} are rounded to {step:g}; {ROUNDED}")
+        broken = numbers.filter(pl.col(name) != pl.col(name).round())
+        if broken.height:
+            line, value = broken.row(0)[0], broken[name][0]
+            raise DatasetError(f"{path}: line {line}, column {name}: {value:g} is not a whole number; correct the file")
+    return numbers.select(pl.col(name).cast(kind) for name, kind in schema.items())
+
+
+def _wrong_line(path: Path, width: int, separator: str) -> DatasetError | None:
+    """Return an error for the first line with another number of cells."""
     with plain(path).open(encoding="utf-8-sig", errors="replace") as file:
-        for number, line in enumerate(file, start=1):
-            cells = line.rstrip("\r\n").split(",")
-            if number == 1 and has_header:
-                continue
-            if len(cells) != len(kinds):
-                return _wrong_width(path, number, len(cells), len(kinds))
-            for cell, (name, kind) in zip(cells, kinds, strict=True):
-                if kind.is_numeric() and not _is_number(cell):
-                    return DatasetError(
-                        f"{path}: line {number}, column {name}: '{cell}' is not a number; correct the file"
-                    )
-    return None
+        counts = (line.count(separator) + 1 for line in file)
+        return next(
+            (_wrong_width(path, line, count, width) for line, count in enumerate(counts, 1) if count != width), None
+        )
 
 
 def _refuse_short_lines(path: Path, lines: list[int], width: int) -> None:
     """Raise an error if a line with an empty last cell actually has too few cells."""
     if not lines:
         return
-    wanted = set(lines)
+    wanted, separator = set(lines), separator_of(_top_line(path))
     with plain(path).open(encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, start=1):
-            if number in wanted and line.count(",") + 1 != width:
-                raise _wrong_width(path, number, line.count(",") + 1, width)
+            if number in wanted and line.count(separator) + 1 != width:
+                raise _wrong_width(path, number, line.count(separator) + 1, width)
 
 
 def _wrong_width(path: Path, line: int, found: int, expected: int, names: str = "") -> DatasetError:
     return DatasetError(f"{path}: line {line} has {found} values, expected {expected}{names}; correct the file")
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell or "nan")
-    except ValueError:
-        return False
-    return True
 
 
 def _unknown(path: Path, names: list[str]) -> tuple[Finding, ...]:

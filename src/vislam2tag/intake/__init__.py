@@ -4,7 +4,10 @@ A rule names the value, its unit, its range, and the finding (with cause and cur
 apply these rules and have no ranges of their own, except where the specification of their format differs.
 
 - ``readings``: addresses, signal strengths, and the level that means "not heard" in a table.
-- ``time_units``: the unit of times.
+- ``cells``: numbers in text cells, decimal marks, separators, and cells that cannot be read.
+- ``time_units``: the unit of times, rounded times, and clocks that were changed by an hour.
+- ``sensor_units``: units of accelerations, turn rates, magnetic fields and pressures.
+- ``clock_ties``: which ties between the clocks of two recordings are refused.
 - ``pose_conventions``: whether poses are those of a walking person, and if not, which other convention explains them;
   ``pose_evidence`` contains the measures for this.
 - ``ids``: comparison of two sets of ids that should name the same things.

@@ -3,12 +3,15 @@ tables."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
 from vislam2tag.common.findings import Finding
-from vislam2tag.core.arrays import IntArray
+from vislam2tag.core.arrays import FloatArray, IntArray
 
 NS_OF = {"nanoseconds": 1, "microseconds": 10**3, "milliseconds": 10**6, "seconds": 10**9}
 _GREATEST_NS = 2**63 - 1
@@ -24,6 +27,43 @@ class Steps:
     def contain(self, step_ns: float) -> bool:
         """Whether this usual interval is possible."""
         return self.least_s * 1e9 <= step_ns <= self.greatest_s * 1e9
+
+
+MAX_STEP_S = 1 / 30
+"""Times that are rounded to more than a frame of usual trackers, 5 cm of a walk, are refused."""
+ROUNDED = "use the original file, not one that a spreadsheet saved"
+_EXPONENT = re.compile(r"[+-]?\d+(?:[.,](\d*))?[eE]([+-]?\d+)")
+_SHOWN = 1000
+"""Cells of a column that are looked at."""
+_ALIKE = 3
+"""An inertial sensor with so many readings at each time has rounded times."""
+HOUR_NS = 3600 * 10**9
+OTHER_HOURS = sorted({*range(-14, 15)} - {0}, key=abs)
+"""By how many hours clocks of time zones differ, the likely ones first."""
+_CLOCK_CHANGE_NS = 10**9
+"""Jumps that differ by less from an hour are changes of the clock; a pause is hardly ever that long to a second."""
+
+
+def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
+    """The largest step to which cells such as 1.70000E+18 are rounded, in their unit, and the cell; 0 if none is."""
+    found = ((_EXPONENT.fullmatch(cell.strip()), cell) for cell in islice(cells, _SHOWN) if cell is not None)
+    steps = [(10.0 ** (int(match[2]) - len(match[1] or "")), cell) for match, cell in found if match is not None]
+    return max(steps, default=(0.0, ""))
+
+
+def shared_times(time_ns: IntArray) -> bool:
+    """Whether so many readings of an inertial sensor have the same time that the times are rounded."""
+    return len(time_ns) >= MIN_STEPS and len(np.unique(time_ns)) * _ALIKE <= len(time_ns)
+
+
+def clock_change(time_ns: IntArray) -> int | None:
+    """Index of the first of times (k,) at which the clock was set forward or back by an hour; None if it was not."""
+    steps = np.diff(time_ns)
+    usual = int(np.median(steps)) if len(steps) >= MIN_STEPS else HOUR_NS
+    if not 0 <= usual < HOUR_NS // 6:
+        return None
+    found = np.flatnonzero(np.abs(np.abs(steps - usual) - HOUR_NS) <= _CLOCK_CHANGE_NS + usual // 2)
+    return int(found[0]) + 1 if len(found) == 1 else None
 
 
 FRAMES = Steps(1 / 300, 10.0)
@@ -117,5 +157,28 @@ def recognised_ns(
     reason = "only then do they overlap with the frames or readings"
     if not times.as_stated:
         reason = f"rows come every {times.step_ns * true / read / 1e9:.3g} s"
-    message = f"times must be in {stated}, but these are in {unit} ({reason}); they are read as {unit}"
+    message = _other_unit(stated, unit, reason)
     return converted, [Finding(kind="time_unit", file=file, count=len(time_ns), message=message)]
+
+
+def ns_of_seconds(times: FloatArray, steps: Steps, file: str) -> tuple[IntArray, list[Finding]]:
+    """Return times (k,) that are stated in seconds, in ns, and a finding if they are in another unit.
+
+    Times that do not fit into 64 bits in any unit become the greatest that do.
+    """
+    middle = float(np.median(np.abs(times))) if len(times) else 0.0
+    unit = next((unit for unit, ns in NS_OF.items() if _UNIX_S[0] <= middle * ns / 1e9 <= _UNIX_S[1]), "seconds")
+    with np.errstate(over="ignore"):
+        scaled = np.nan_to_num(times * NS_OF[unit])
+    time_ns = np.round(np.clip(scaled, -(2.0**62), 2.0**62)).astype(np.int64)
+    if shared_times(time_ns):
+        message = f"most rows share their time with others, so times are rounded; {ROUNDED}"
+        return time_ns, [Finding(kind="rounded_times", file=file, count=len(times), message=message)]
+    if unit == "seconds":
+        return recognised_ns(time_ns, time_ns, steps, file, "seconds")
+    message = _other_unit("seconds", unit, "only then are they dates from 2010 to 2035")
+    return time_ns, [Finding(kind="time_unit", file=file, count=len(times), message=message)]
+
+
+def _other_unit(stated: str, unit: str, reason: str) -> str:
+    return f"times must be in {stated}, but these are in {unit} ({reason}); they are read as {unit}"

@@ -23,7 +23,7 @@ from typing import Any, TextIO
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
@@ -364,7 +364,7 @@ class Tracks:
                 .collect()
             )
         except (pl.exceptions.PolarsError, OSError) as error:
-            reason = str(error).splitlines()[0]
+            reason = first_line(error)
             raise DatasetError(f"{self._path}: cannot read the track of session {session} ({reason})") from error
         if seen.is_empty():
             return np.full((len(time_ns), 2), np.nan)
@@ -382,6 +382,6 @@ def _csv(path: Path) -> pl.DataFrame:
     try:
         table = read_csv(path, schema_overrides=_COLUMNS, columns=list(_COLUMNS))
     except (pl.exceptions.PolarsError, OSError) as error:
-        reason = str(error).splitlines()[0]
+        reason = first_line(error)
         raise DatasetError(f"{path}: not a track ({reason}); expected CSV with {', '.join(_COLUMNS)}") from error
     return table

@@ -16,12 +16,14 @@ from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import multiply, rotated
+from vislam2tag.intake.sensor_units import in_sensor_unit
+from vislam2tag.intake.time_units import FRAMES, READINGS, Steps, ns_of_seconds
 from vislam2tag.sessions.clocks import pose_lag_of
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, WIFI_LINES, mark_repeated, sensor_rows, sensor_table
 from vislam2tag.sessions.session_files import SessionFiles, existing_files
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.text_tables import FieldTable, Parser, ns_of_seconds
+from vislam2tag.sessions.text_tables import FieldTable, Parser
 from vislam2tag.sessions.tracker_tables import LANDMARK_SCHEMA, POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
@@ -75,13 +77,11 @@ def _pose_series(poses: FloatArray) -> list[pl.Series]:
     return [pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)]
 
 
-GRAVITY_M_S2 = 9.80665
 TILT_DEG = 5.0
 """A frame tilted by more is not held level by its tracker: walkers' accelerations average out to a tenth of it."""
 CAMERA_Q_PHONE = np.array((0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)))
 """Of an iPhone: quaternion (x, y, z, w) from the phone's axes (x right, y to the top, z out of the screen) to those of
 its rear camera. Its pictures are rotated: x of a picture is the phone's -y, its y the phone's x."""
-_UNITS = {"g": (0.8, 1.25), "m/s2": (7.8, 12.3)}
 
 
 def specific_force(readings: FloatArray, file: str) -> tuple[FloatArray, list[Finding]]:
@@ -89,19 +89,8 @@ def specific_force(readings: FloatArray, file: str) -> tuple[FloatArray, list[Fi
 
     iOS counts in g, and downwards at rest. Neither g nor m/s^2: NaN, and a finding.
     """
-    usual = float(np.median(np.linalg.norm(readings, axis=1))) if len(readings) else np.nan
-    if _UNITS["g"][0] <= usual <= _UNITS["g"][1]:
-        return -GRAVITY_M_S2 * readings, []
-    if _UNITS["m/s2"][0] <= usual <= _UNITS["m/s2"][1]:
-        return -readings, []
-    if not len(readings):
-        return readings, []
-    message = (
-        f"accelerations are usually {usual:.3g}, and gravity alone is 1 g or 9.81 m/s2: their unit is unknown, or "
-        "gravity was removed; they are not used. Configure the app to log raw accelerations"
-    )
-    problem = Finding(kind="unknown_unit", file=file, count=len(readings), message=message)
-    return np.full(readings.shape, np.nan), [problem]
+    converted, odd = in_sensor_unit(readings, "ACC", None, file)
+    return (np.full(readings.shape, np.nan), odd) if converted is None else (-converted, [])
 
 
 def tilt_findings(camera: CameraTrack, sensors: pl.DataFrame, file: str) -> list[Finding]:
@@ -240,9 +229,10 @@ class AppFormat:
         tables = [pl.DataFrame(schema={"row": pl.Int64, **SENSOR_SCHEMA})]
         for role, readings in self.readings.items():
             if reading.has(role):
-                rows, both = timed(reading.rows(role, readings.table.read)), list[pl.DataFrame]()
+                file, both = self.files[role][0], list[pl.DataFrame]()
+                rows = reading.noted(timed(reading.rows(role, readings.table.read), READINGS, file))
                 if readings.force:
-                    forces = reading.noted(specific_force(rows.select(readings.force).to_numpy(), self.files[role][0]))
+                    forces = reading.noted(specific_force(rows.select(readings.force).to_numpy(), file))
                     both.append(sensor_rows(rows, "ACC", [pl.Series(axis) for axis in forces.T]))
                 if readings.rate:
                     both.append(sensor_rows(rows, "GYRO", [pl.col(axis) for axis in readings.rate]))
@@ -250,9 +240,15 @@ class AppFormat:
         return pl.concat(tables)
 
 
-def timed(rows: pl.DataFrame) -> pl.DataFrame:
-    """Rows with ``time_ns``, of seconds in their first column behind ``row`` if they have none."""
-    return rows if "time_ns" in rows.columns else rows.with_columns(ns_of_seconds(rows.columns[1]))
+def timed(rows: pl.DataFrame, steps: Steps, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Rows with ``time_ns``, of seconds in their first column behind ``row`` if they have none.
+
+    Reports seconds that are in another unit; ``steps`` limit how fast rows come.
+    """
+    if "time_ns" in rows.columns:
+        return rows, []
+    time_ns, odd = ns_of_seconds(rows.to_series(1).to_numpy(), steps, file)
+    return rows.with_columns(time_ns=time_ns), odd
 
 
 def pose_table(parse: Parser, camera: str = "y-up", frame: str = "y-up") -> Callable[[SessionFiles], pl.DataFrame]:
@@ -262,7 +258,7 @@ def pose_table(parse: Parser, camera: str = "y-up", frame: str = "y-up") -> Call
     """
 
     def poses(reading: SessionFiles) -> pl.DataFrame:
-        rows = timed(reading.rows("poses", parse))
+        rows = reading.noted(timed(reading.rows("poses", parse), FRAMES, reading.name_of("poses")))
         if MATRIX[0] in rows.columns:
             return pose_rows(rows, poses_of_matrices(np.reshape(rows.select(MATRIX).to_numpy(), (-1, 3, 4))))
         return pose_rows(rows, in_acs(rows.select(list(POSE_COLUMNS)).to_numpy(), camera, frame))

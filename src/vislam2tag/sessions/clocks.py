@@ -21,6 +21,7 @@ from vislam2tag.core.clocks import (
 )
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.core.transforms import angular_speed
+from vislam2tag.intake.clock_ties import tie_fault
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
 from vislam2tag.intake.time_units import READINGS, SCANS, Steps, recognised_ns
 from vislam2tag.sessions.model import Session
@@ -135,15 +136,19 @@ def by_acceleration(found: ClockAlignment) -> ClockAlignment:
 
 
 def first_clear(
-    possible: Mapping[str, Callable[[], ClockAlignment]],
+    possible: Mapping[str, Callable[[], ClockAlignment]], matched: Callable[[ClockAlignment], float]
 ) -> tuple[str, ClockAlignment | None, list[str]]:
-    """The first alignment that shows the offset, by which name, and what those before it said."""
+    """The first alignment that shows the offset, by which name, and what those before it said.
+
+    ``matched`` is the share of the recording that an alignment puts into the walk.
+    """
     refused: list[str] = []
     for name, align in possible.items():
         tried = align()
-        if tried.offset_ns is not None:
+        fault = None if tried.offset_ns is None else tie_fault(tried.sigma_s, matched(tried))
+        if tried.offset_ns is not None and fault is None:
             return name, tried, refused
-        refused.append(f"{name}: {tried.figures}")
+        refused.append(f"{name}: {tried.figures}" + ("" if fault is None else f"; {fault}"))
     return "", None, refused
 
 

@@ -27,7 +27,7 @@ from vislam2tag.sessions.companion_ties import (
     recording_sha256,
     tie_files,
 )
-from vislam2tag.sessions.foreign_tables import read_table, session_tables, table_times, time_column
+from vislam2tag.sessions.foreign_tables import read_table, session_tables, table_times, time_column, time_findings
 from vislam2tag.sessions.model import Attachment, FileRecord, Session
 from vislam2tag.sessions.readings import mark_repeated, pressure_log
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
@@ -52,7 +52,7 @@ class OtherRecording:
     lines: int
     rows: int
     findings: tuple[Finding, ...] = ()
-    """About its addresses and levels."""
+    """About its cells, units, addresses and levels."""
 
 
 def read_recording(path: Path, columns: TableColumns | None = None, zone: str | None = None) -> OtherRecording:
@@ -112,17 +112,22 @@ def _taps(session: Session) -> IntArray:
 
 
 def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> OtherRecording:
-    rows = read_table(path)
+    rows, header_line = read_table(path)
     name = time_column(rows.columns, None if columns is None else columns.time_column)
     asked = columns or TableColumns(time_column=name, zone=zone)
     no_walk = np.empty((0, 2), dtype=np.int64)
-    times = table_times(rows[name], no_walk, clock=None, unit=asked.unit, zone=asked.zone, aligned=True)
-    timed = rows.drop(name).with_row_index("row", offset=2).with_columns(pl.col("row").cast(pl.Int64))
+    times = table_times(
+        rows[name], no_walk, clock=None, unit=asked.unit, zone=asked.zone, aligned=True, header_line=header_line
+    )
+    odd = time_findings(rows[name], times, path.name, header_line)
+    timed = rows.drop(name).with_row_index("row", header_line + 1).with_columns(pl.col("row").cast(pl.Int64))
     timed = timed.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable))
-    tables, odd = session_tables(timed, path.stem), list[Finding]()
+    tables, about_cells = session_tables(timed, path.stem, path.name)
+    odd += about_cells
     if "wifi" in tables:
-        wifi, odd = admitted(tables["wifi"], "bssid", path.name)
+        wifi, about_levels = admitted(tables["wifi"], "bssid", path.name)
         tables["wifi"] = mark_repeated(wifi, "bssid")
+        odd += about_levels
     taps = np.empty(0, dtype=np.int64)
     told = f"a table, {times.interpretation}"
     return OtherRecording(tables, taps, told, asked, rows.height, timed.height, tuple(odd))

@@ -16,13 +16,19 @@ import polars as pl
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
+from vislam2tag.intake.cells import separator_of, unreadable_cells, with_numbers
+from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit
+from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
 from vislam2tag.site.site_table import decoded
 
 TIME_COLUMNS = (
     *("time_ns", "timestamp", "time", "datetime", "date_time", "t", "unix_time", "unixtime", "epoch", "zeit"),
+    "time stamp",
     "seconds_elapsed",
+    "firstseen",
 )
 """Names of a column of times, those looked for first first; a unit may follow: ``timestamp_ms``."""
 _UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
@@ -64,13 +70,24 @@ def time_column(columns: Sequence[str], wanted: str | None) -> str:
         if wanted not in columns:
             raise UsageError(f"--time-column {wanted}: there is no such column; the table has: {', '.join(columns)}")
         return wanted
+    known = _known_time(columns)
+    if known is None:
+        found = ", ".join(columns)[:_SHOWN]
+        raise UsageError(
+            f"no column has a known name of times ({', '.join(TIME_COLUMNS)}); name it with --time-column. The header "
+            f"was read as: {found}"
+        )
+    return known
+
+
+def _known_time(columns: Sequence[str]) -> str | None:
     plain = {name.strip().lower(): name for name in reversed(columns) if len(name) <= _LONGEST_NAME}
     for known in TIME_COLUMNS:
         for name, written in plain.items():
             with_unit = _UNIT.fullmatch(name)
             if name == known or (with_unit and with_unit.group(1) == known):
                 return written
-    raise UsageError(f"no column has a known name of times ({', '.join(TIME_COLUMNS)}); name it with --time-column")
+    return None
 
 
 def table_times(
@@ -81,17 +98,43 @@ def table_times(
     unit: str | None,
     zone: str | None,
     aligned: bool = False,
+    header_line: int = 1,
 ) -> TableTimes:
     """Read times; ``spans_ns`` (s, 2) are the walks', boot clock.
 
-    Clock and unit follow from the name's unit and by magnitude, unless given. Raises UsageError where nothing can be
-    read, or ISO 8601 times have no zone and ``zone`` is not given. Times that are to be ``aligned`` need not lie in any
-    walk; such numbers that name no unit are seconds.
+    Clock and unit follow from the name's unit and by magnitude, unless given. Times that can be ``aligned`` need not
+    lie in any walk; such numbers that name no unit are seconds then. Raises UsageError if nothing can be read, times
+    are rounded, the clock was changed by an hour, or ISO 8601 times have no zone and ``zone`` is not given.
     """
+    texts = values.cast(pl.String).str.strip_chars()
+    if clock is None and (texts.str.contains(r"^\d{4}-\d\d-\d\d[T ]").sum() or 0) > len(texts) / 2:
+        times = _iso_times(values.name, texts, zone)
+    else:
+        times = _numeric_times(values, spans_ns, clock, unit, aligned=aligned)
+    rows = np.flatnonzero(times.usable)
+    changed = clock_change(times.time_ns[rows])
+    if changed is not None:
+        raise UsageError(
+            f"column {values.name}: the clock was changed by an hour at line {rows[changed] + header_line + 1}, as for "
+            "daylight saving; write the times in UTC, or pass the rows before and after it as two tables"
+        )
+    return times
+
+
+def time_findings(values: pl.Series, times: TableTimes, file: str, header_line: int = 1) -> list[Finding]:
+    """Report cells of a column of times that are neither empty nor readable."""
+    rows = values.to_frame().with_row_index("row", header_line + 1).with_columns(pl.col("row").cast(pl.Int64))
+    unreadable = pl.Series(~times.usable) & (values.cast(pl.String).str.strip_chars() != "")
+    return unreadable_cells(rows, values.name, unreadable, file)
+
+
+def _numeric_times(
+    values: pl.Series, spans_ns: IntArray, clock: Clock | None, unit: str | None, *, aligned: bool
+) -> TableTimes:
+    step, example = 0.0, ""
     if not values.dtype.is_numeric():
         texts = values.cast(pl.String).str.strip_chars()
-        if clock is None and (texts.str.contains(r"^\d{4}-\d\d-\d\d[T ]").sum() or 0) > len(texts) / 2:
-            return _iso_times(values.name, texts, zone)
+        step, example = rounded_step(texts)
         values = texts.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).alias(values.name)
         exact = texts.cast(pl.Int64, strict=False).alias(values.name)
         values = exact if exact.null_count() <= values.null_count() else values
@@ -103,9 +146,13 @@ def table_times(
             "2021-12-20T09:14:05+01:00"
         )
     if aligned and clock is None and unit is None and _UNIT.fullmatch(values.name.strip().lower()) is None:
-        clock, unit = (None, None) if _unix_unit(numbers[usable], list(_UNITS_NS)) else (Clock.BOOT, "s")
+        inside = any(_share_inside(numbers[usable] * factor, spans_ns) for factor in _UNITS_NS.values())
+        known = inside or _unix_unit(numbers[usable], list(_UNITS_NS))
+        clock, unit = (None, None) if known else (Clock.BOOT, "s")
     found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)
     factor = _UNITS_NS[found_unit]
+    if (step_s := step * factor / 1e9) > MAX_STEP_S:
+        raise UsageError(f"column {values.name}: times such as {example} are rounded to {step_s:.3g} s; {ROUNDED}")
     usable &= np.abs(numbers) < MOST_NS / factor
     if values.dtype.is_integer():
         time_ns = values.cast(pl.Int64, strict=False).fill_null(0).to_numpy() * np.where(usable, factor, 0)
@@ -177,70 +224,111 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
     return TableTimes(time_ns, usable, Clock.UNIX, f"column {name}: date and time (ISO 8601)")
 
 
+_MAX_PREAMBLE = 20
+_PREAMBLE = re.compile(r"#|sep=")
+_SHOWN = 120
+"""Letters of a wrong header that a message repeats."""
 PARQUET = (".parquet", ".pq")
-_SEPARATORS = (";", "\t", ",")
-_AXIS = r"[ _.]?(?:\([^)]*\)|\[[^]]*\])?[ _.]?([xyz])(?:[ _.]?[\[(].*[\])])?"
+_BRACKETS = r"[ _.-]*[\[(]\s*(?P<{}>[^)\]]*?)\s*[\])]"
+_SUFFIX = rf"(?:{_BRACKETS.format('behind')}|[ _.-](?P<suffix>{UNIT_IN_NAME}))?"
+_AXIS = rf"(?:{_BRACKETS.format('before')})?[ _.-]*(?P<axis>[xyz]){_SUFFIX}"
 MOTION_COLUMNS = {
-    "GYRO": re.compile(r"(?:gyro(?:scope)?|gyr|rotation_?rate|angular_?velocity|omega|w)" + _AXIS),
-    "ACC": re.compile(r"(?:acc|accel|acceleration|accelerometer|a)" + _AXIS),
+    "GYRO": re.compile(r"(?:gyro(?:scope)?(?:[ _]?rotation)?|gyr|rotation_?rate|angular_?velocity|omega|w)" + _AXIS),
+    "ACC": re.compile(r"(?:acc|accel|acceleration|accelerometer(?:[ _]?acceleration)?|a)" + _AXIS),
 }
 """Columns of three axes, by what the table ``sensors`` calls them."""
+_OTHER_SENSORS = {
+    "MAG": re.compile(r"(?:magn?|magnetic(?:[ _]?field)?|magnetometer)" + _AXIS),
+    "PRESSURE": re.compile(rf"(?:(?:air|barometric|atmospheric|barometer)[ _]?)?(?:pressure|baro){_SUFFIX}"),
+}
+"""Columns that are read if the table also has motion; a pressure has no axes."""
+_SENDERS = ("bssid", "mac")
 _LEVELS = ("rssi_dbm", "rssi", "rss", "level", "dbm", "signal")
 _OF_LABELS = frozenset(("row", "time_ns", "repeated", "floor", "device", "session", "x", "y", "z", "sigma", "status"))
 
 
-def read_table(path: Path) -> pl.DataFrame:
-    """Read a CSV file, all columns as text, or a Parquet file; raises UsageError where it cannot be read."""
+def read_table(path: Path) -> tuple[pl.DataFrame, int]:
+    """Read a CSV file, all columns as text, or a Parquet file; raises UsageError where it cannot be read.
+
+    Returns the line of the header, too: lines above it that state a separator or a comment are not part of the table.
+    """
     try:
         if path.suffix.lower() in PARQUET:
-            return read_parquet(path)
+            return read_parquet(path), 1
         raw = read_bytes(path)
         if raw.startswith(b"PK"):
             raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
         text, _ = decoded(raw)
-        head = text.partition("\n")[0]
-        separator = max(_SEPARATORS, key=head.count)
-        return read_csv(text.encode(), separator=separator, infer_schema=False)
+        above, header = _header(text.split("\n", _MAX_PREAMBLE))
+        body = "\n".join((header, *text.split("\n")[above + 1 :]))
+        return read_csv(body.encode(), separator=separator_of(header), infer_schema=False), above + 1
     except (OSError, pl.exceptions.PolarsError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else first_line(error)
         raise UsageError(f"{path}: cannot be read as CSV or Parquet ({why})") from error
 
 
-def three_axes(columns: Sequence[str], sensor: str) -> list[str]:
-    """The columns of a sensor's x, y and z; none where the table has none."""
-    pattern = MOTION_COLUMNS[sensor]
-    axes = {match.group(1): name for name in reversed(columns) if (match := pattern.fullmatch(name.strip().lower()))}
-    return [axes[axis] for axis in "xyz"] if len(axes) == 3 else []
+def _header(lines: Sequence[str]) -> tuple[int, str]:
+    """Number of lines above the header, and the header: the first line that names times, else the first of fields."""
+    plain = [line.lstrip("# ").rstrip("\r") for line in lines]
+    named = (i for i, line in enumerate(plain[:_MAX_PREAMBLE]) if _known_time(line.split(separator_of(line))))
+    others = (i for i, line in enumerate(lines) if line.strip() and not _PREAMBLE.match(line))
+    above = next(named, next(others, 0))
+    return above, plain[above]
+
+
+def sensor_columns(columns: Sequence[str], sensor: str) -> tuple[list[str], str | None]:
+    """The columns of a sensor's x, y and z, or of its one value, and the unit in all their names.
+
+    Empty if the table does not have the sensor; None if the names do not state a unit.
+    """
+    pattern = MOTION_COLUMNS.get(sensor) or _OTHER_SENSORS[sensor]
+    names = {name: name.strip().lower() for name in reversed(columns) if len(name) <= _LONGEST_NAME}
+    found = {name: match.groupdict() for name, plain in names.items() if (match := pattern.fullmatch(plain))}
+    axes = {parts.get("axis"): name for name, parts in found.items()}
+    wanted = list("xyz") if "axis" in pattern.groupindex else [None]
+    if not axes.keys() >= set(wanted):
+        return [], None
+    chosen = [axes[axis] for axis in wanted]
+    units = {stated_unit(sensor, [unit for key, unit in found[name].items() if key != "axis"]) for name in chosen}
+    return chosen, units.pop() if len(units) == 1 else None
 
 
 def level_columns(columns: Sequence[str]) -> tuple[str, str] | None:
     """The columns of access points and their levels; None where the table has none."""
     plain = {name.strip().lower(): name for name in columns}
-    level = next((plain[name] for name in _LEVELS if name in plain), None)
-    return None if level is None or "bssid" not in plain else (plain["bssid"], level)
+    level, sender = (next((plain[name] for name in known if name in plain), None) for known in (_LEVELS, _SENDERS))
+    return None if level is None or sender is None else (sender, level)
 
 
-def numbers(name: str) -> pl.Expr:
-    """A column as numbers, with either decimal mark; null where it contains none."""
-    return pl.col(name).cast(pl.String).str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
+def with_readings(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Turn the columns of levels and sensors into numbers, and report their cells that are none.
+
+    ``rows`` has ``row``, the 1-based line.
+    """
+    levels = level_columns(rows.columns)
+    sensors = [sensor_columns(rows.columns, sensor)[0] for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS)]
+    return with_numbers(rows, [*(levels or ())[1:], *(name for names in sensors for name in names)], file)
 
 
-def session_tables(rows: pl.DataFrame, name: str) -> dict[str, pl.DataFrame]:
+def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
     """Turn a table with ``row`` and ``time_ns`` into those of a session: ``wifi``, ``sensors``, or one called ``name``.
 
-    Raises UsageError where a column of the last has a name that labels take.
+    Findings are about its cells and units. Raises UsageError where a column of the last has a name that labels take, or
+    inertial readings share their times.
     """
     columns = [column for column in rows.columns if column not in ("row", "time_ns")]
     levels = level_columns(columns)
     if levels is not None:
-        return {"wifi": _wifi(rows, *levels)}
-    sensors = {sensor: axes for sensor in MOTION_COLUMNS if (axes := three_axes(columns, sensor))}
-    if sensors:
-        return {"sensors": _sensors(rows, sensors)}
+        readable, odd = with_readings(rows, file)
+        return {"wifi": _wifi(readable, *levels)}, odd
+    if any(sensor_columns(columns, sensor)[0] for sensor in MOTION_COLUMNS):
+        readable, odd = with_readings(rows, file)
+        sensors, units = _sensors(readable, file)
+        return {"sensors": sensors}, [*odd, *units]
     if taken := sorted(_OF_LABELS & set(columns)):
         raise UsageError(f"the table has a column {' and '.join(taken)}, which is reserved for labels; rename it")
     first = pl.struct("time_ns", *columns).is_first_distinct()
-    return {name: rows.select("row", "time_ns", first.not_().alias("repeated"), *columns)}
+    return {name: rows.select("row", "time_ns", first.not_().alias("repeated"), *columns)}, []
 
 
 def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
@@ -251,15 +339,24 @@ def _wifi(rows: pl.DataFrame, bssid: str, level: str) -> pl.DataFrame:
         pl.col("time_ns").rank("dense").cast(pl.Int32).alias("scan"),
         pl.col(bssid).cast(pl.String).str.strip_chars().alias("bssid"),
         pl.lit("").alias("ssid"),
-        numbers(level).cast(pl.Float32).alias("rssi_dbm"),
+        pl.col(level).cast(pl.Float32).alias("rssi_dbm"),
         pl.lit(None, dtype=pl.Float32).alias("frequency_mhz"),
     )
     return mark_repeated(table.drop_nulls("rssi_dbm"), "bssid")
 
 
-def _sensors(rows: pl.DataFrame, sensors: dict[str, list[str]]) -> pl.DataFrame:
-    parts = [
-        sensor_rows(rows, sensor, [numbers(axis).fill_null(float("nan")) for axis in axes])
-        for sensor, axes in sensors.items()
-    ]
-    return sensor_table(pl.concat(parts), "")[0]
+def _sensors(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """The table ``sensors`` of readings in units of Android; those of unknown unit are left out and reported."""
+    parts, findings = [sensor_rows(rows.clear(), "", [])], list[Finding]()
+    for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS):
+        axes, stated = sensor_columns(rows.columns, sensor)
+        known = rows.drop_nulls(axes) if axes else rows.clear()
+        if known.is_empty():
+            continue
+        if sensor in MOTION_COLUMNS and shared_times(known["time_ns"].to_numpy()):
+            raise UsageError(f"{file}: most readings share their time with others, so times are rounded; {ROUNDED}")
+        values, odd = in_sensor_unit(known.select(axes).to_numpy(), sensor, stated, file)
+        findings += odd
+        if values is not None:
+            parts.append(sensor_rows(known, sensor, [pl.Series(axis) for axis in values.T]))
+    return sensor_table(pl.concat(parts), "")[0], findings

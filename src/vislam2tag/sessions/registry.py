@@ -13,7 +13,7 @@ from typing import Protocol
 import polars as pl
 
 from vislam2tag.common import plugins
-from vislam2tag.common.errors import DatasetError, SessionError, SurveyError
+from vislam2tag.common.errors import DatasetError, SessionError, SurveyError, first_line
 from vislam2tag.common.files.archives import zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
@@ -145,7 +145,7 @@ def _readable(ref: SessionRef) -> Iterator[SessionRef]:
         with at_hand(ref) as ref:
             yield ref
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise SessionError(f"{ref.folder}: cannot be read: {error}") from error
+        raise SessionError(f"{ref.folder}: cannot be read: {first_line(error)}") from error
 
 
 @contextmanager

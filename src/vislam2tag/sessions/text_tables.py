@@ -13,11 +13,14 @@ import polars as pl
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
+from vislam2tag.intake.cells import LEVEL_UNIT, unreadable_cells
+from vislam2tag.intake.time_units import ROUNDED, rounded_step
 
 _EXTRA = "_extra"
 _PLAIN = r"^[^\x00-\x1f\x7f\x{fffd}]+$"
 """Text that is a word: not blank, no control characters, no undecodable bytes."""
 _BLANKS = re.compile(rb"[ \t]+")
+_FIELDS = re.compile(r"[;,\s]+")
 Columns: TypeAlias = Mapping[str, pl.DataType | type[pl.DataType]]
 """Names and types, in order."""
 
@@ -150,14 +153,32 @@ def unreadable_findings(
     unreadable: Sequence[int],
     what: str = "these lines do not have the expected fields; they are skipped: look at the first ones",
 ) -> list[Finding]:
-    """Report a last line that is cut off, and other lines that do not parse: ``what`` says so."""
+    """Report a last line that is cut off, and other lines that do not parse: ``what`` says so.
+
+    Lines with times that a spreadsheet rounded have a finding of their own.
+    """
     cut = [last] if last in unreadable and not data.endswith(b"\n") else []
     malformed = [line for line in unreadable if line not in cut]
+    rounded = _rounded(data, unreadable[-1]) if 2 * len(unreadable) > last else ""
+    if rounded:
+        message = f"these lines contain rounded numbers such as {rounded}; they are skipped: {ROUNDED}"
+        return at_lines_if("rounded_times", file, list(unreadable), message)
     message = "the last line is incomplete, as if the recording app was killed; it is skipped"
     return [
         *at_lines_if("partial_last_line", file, cut, message),
         *at_lines_if("malformed_lines", file, malformed, what),
     ]
+
+
+_LARGE_STEP = 1000.0
+"""A spreadsheet rounds numbers of more than 11 digits to 6: to a larger step."""
+
+
+def _rounded(data: bytes, line: int) -> str:
+    """The number of a line that is rounded the most, if as by a spreadsheet; else empty."""
+    text = b"".join(data.split(b"\n")[line - 1 : line])
+    step, cell = rounded_step(_FIELDS.split(text.decode(errors="replace")))
+    return cell if step > _LARGE_STEP else ""
 
 
 def line_count(data: bytes) -> int:
@@ -211,7 +232,12 @@ class LineTable:
 
 def level_dbm(text: pl.Expr) -> pl.Expr:
     """Read a level with either decimal mark (dBm); null where it is not a number."""
-    return text.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False).cast(pl.Float32)
+    return (
+        text.str.replace(LEVEL_UNIT, "")
+        .str.replace(",", ".", literal=True)
+        .cast(pl.Float64, strict=False)
+        .cast(pl.Float32)
+    )
 
 
 def _undecodable(data: bytes, raw: RawTable, column: str) -> list[Finding]:
@@ -263,9 +289,10 @@ class NamedTable:
             return self._without_header(body, file, missing)
         if not body:
             return RawTable(file, 0, _empty(self.columns), (), ())
-        table = self._typed(body, names).select(_line_numbers(2), *self.columns, _END)
+        typed, odd = self._typed(body, names, file)
+        table = typed.select(_line_numbers(2), *self.columns, _END)
         raw = _separated(data, file, table, self._readable(table))
-        return replace(raw, rows=raw.rows.drop(_END))
+        return replace(raw, rows=raw.rows.drop(_END), findings=(*raw.findings, *odd))
 
     def _without_header(self, body: bytes, file: str, missing: Iterable[str]) -> RawTable:
         lines = line_count(body)
@@ -277,8 +304,10 @@ class NamedTable:
         )
         return RawTable(file, lines, _empty(self.columns), tuple(range(2, lines + 2)), (finding,))
 
-    def _typed(self, body: bytes, names: list[str]) -> pl.DataFrame:
-        """Read all lines; a mark at the end of each shows which have too few or too many fields.
+    def _typed(self, body: bytes, names: list[str], file: str) -> tuple[pl.DataFrame, list[Finding]]:
+        """Read all lines, and report cells of whole lines that are not of their type.
+
+        A mark at the end of each shows which have too few or too many fields.
 
         If every field has its type the parser converts them; otherwise texts are read and converted one by one.
         """
@@ -289,9 +318,19 @@ class NamedTable:
         marked = body.replace(b"\n", b"," + _MARK.encode() + b"\n")
         texts = dict.fromkeys((*names, _END), pl.String)
         try:
-            return self._read(marked, {**texts, **self.columns}, ignore_errors=False)
+            return self._read(marked, {**texts, **self.columns}, ignore_errors=False), []
         except pl.exceptions.PolarsError:
-            return self._read(marked, texts, ignore_errors=True).with_columns(self._converted())
+            table = self._read(marked, texts, ignore_errors=True)
+            return table.with_columns(self._converted()), self._unreadable(table, file)
+
+    def _unreadable(self, table: pl.DataFrame, file: str) -> list[Finding]:
+        """Report the cells of whole lines that are not numbers, by column."""
+        whole = table.with_columns(_line_numbers(2)).filter(pl.col(_END) == _MARK)
+        found = []
+        for name, cast in self._casts().items():
+            odd = whole.select(pl.col(name).is_not_null() & cast.is_null()).to_series()
+            found += unreadable_cells(whole, name, odd, file, "and their lines are skipped")
+        return found
 
     def _read(self, data: bytes, types: Columns, *, ignore_errors: bool) -> pl.DataFrame:
         header = ",".join((*types, _SURPLUS)).encode() + b"\n"
@@ -306,11 +345,14 @@ class NamedTable:
 
     def _converted(self) -> list[pl.Expr]:
         """Columns with their types; a line with a field that is not of its type loses its end mark."""
-        casts = {
-            name: pl.col(name).cast(kind, strict=False) for name, kind in self.columns.items() if kind != pl.String
-        }
+        casts = self._casts()
         wrong = pl.any_horizontal(pl.col(name).is_not_null() & cast.is_null() for name, cast in casts.items())
         return [*casts.values(), pl.when(~wrong).then(_END).alias(_END)]
+
+    def _casts(self) -> dict[str, pl.Expr]:
+        """Columns of numbers by name; blanks around a number are not part of it."""
+        typed = {name: kind for name, kind in self.columns.items() if kind != pl.String}
+        return {name: pl.col(name).str.strip_chars().cast(kind, strict=False) for name, kind in typed.items()}
 
     def _readable(self, table: pl.DataFrame) -> pl.Expr:
         needed = (next(iter(self.columns)), *self.required, *self.words)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.errors import SurveyError, first_line
 from vislam2tag.common.files.table_files import parquet_bytes, read_parquet
 from vislam2tag.common.findings import Finding, FindingKind, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns, of_landmarks
@@ -365,8 +365,8 @@ def with_shared_errors(landmarks: Landmarks, landmark_file: Path) -> Landmarks:
         return _read(path).onto(landmarks)
     except (OSError, ValueError, TypeError, pl.exceptions.PolarsError, np.linalg.LinAlgError) as error:
         raise SurveyError(
-            f"{path}: cannot be used ({error}); make {landmark_file.name} again with vislam2tag survey-landmarks, or "
-            "remove this file"
+            f"{path}: cannot be used ({first_line(error)}); make {landmark_file.name} again with vislam2tag "
+            "survey-landmarks, or remove this file"
         ) from error
 
 

@@ -20,7 +20,7 @@ from tests.surveys import bytes_of, make_survey
 from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.pipeline.labels.process import process
 from vislam2tag.sessions.clocks import first_clear, possible_alignments
-from vislam2tag.sessions.companions import read_recording
+from vislam2tag.sessions.companions import read_recording, with_companions
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import hash_inputs, open_survey, read_session
 
@@ -165,6 +165,45 @@ def test_a_recording_of_another_walk_is_refused_with_its_figures(
     assert not (folder_of(without_wifi) / "companions").exists()
 
 
+def test_a_tie_that_leaves_most_of_a_recording_without_counterpart_is_refused(
+    without_wifi: Path, tmp_path: Path, walked: Session
+) -> None:
+    gyro = walked.tables["sensors"].filter((pl.col("sensor") == "GYRO") & ~pl.col("repeated"))
+    seconds = (gyro["time_ns"].to_numpy() - gyro["time_ns"][0]) * 1e-9
+    rng = np.random.default_rng(8)
+    own = gyro.select("v1", "v2", "v3").to_numpy()
+    more = rng.normal(0, 0.5, (3 * len(seconds), 3))
+    times = np.concatenate([seconds + k * (seconds[-1] + 0.02) for k in range(4)])
+    turns = pl.DataFrame(np.concatenate((own, more)), schema=["gyro_x", "gyro_y", "gyro_z"])
+    table = turns.with_columns(t_s=times)
+    table.write_csv(tmp_path / "long.csv")
+    said = the_error(vislam2tag("attach", folder_of(without_wifi), tmp_path / "long.csv"))
+    assert "only 25 % of the recording is within the walk" in said
+    assert "cut a longer recording to the walk" in said
+    table[: len(seconds)].write_csv(tmp_path / "cut.csv")
+    assert vislam2tag("attach", folder_of(without_wifi), tmp_path / "cut.csv").returncode == 0
+
+
+def test_units_and_blanks_of_a_table_are_read_and_reported(without_wifi: Path, tmp_path: Path, walked: Session) -> None:
+    turns = walked.tables["sensors"].filter((pl.col("sensor") == "GYRO") & ~pl.col("repeated"))
+    lines = [
+        f"{t * 1e-9:.4f}, " + ", ".join(f"{np.degrees(value):.4f}" for value in values)
+        for t, *values in turns.select("time_ns", "v1", "v2", "v3").rows()
+    ]
+    lines[3] = lines[3].rpartition(",")[0] + ", N/A"
+    text = "\n".join(("Time (s), gyro_x, gyro_y, gyro_z", *lines))
+    (tmp_path / "band.csv").write_text(text, encoding="utf-8")
+    walk = folder_of(without_wifi)
+    done = vislam2tag("attach", walk, tmp_path / "band.csv", "--json")
+    assert done.returncode == 0, done.stderr
+    assert [each["kind"] for each in json.loads(done.stdout)["findings"]] == ["unreadable_cells", "sensor_unit"]
+    (ref,) = open_survey(without_wifi).sessions
+    session = with_companions(read_session(ref), ref.folder)
+    attached = session.tables["sensors_band"].select("v1", "v2", "v3").to_numpy()
+    assert attached == pytest.approx(np.delete(turns.select("v1", "v2", "v3").to_numpy(), 3, axis=0), abs=1e-5)
+    assert {each.kind for each in session.findings} >= {"unreadable_cells", "sensor_unit"}
+
+
 def test_what_is_wrong_is_named(without_wifi: Path, zipped: Path, tmp_path: Path) -> None:
     walk = folder_of(without_wifi)
     (tmp_path / "empty").mkdir()
@@ -205,7 +244,7 @@ def test_a_walk_of_poses_alone_is_tied_to_its_poses(walked: Session, zipped: Pat
     none = {name: table.clear() for name, table in walked.tables.items()}
     possible = possible_alignments(replace(walked, tables=none), read_recording(zipped))
     assert list(possible) == ["turns that both measured"]
-    _, found, _ = first_clear(possible)
+    _, found, _ = first_clear(possible, lambda _: 1.0)
     assert found is not None
     lag_s = walked.camera.pose_lag_s or 0.0
     assert abs(offset_error_s(found, clock) - lag_s) < 0.02, "poses are stamped when drawn, and labels follow them"
@@ -215,11 +254,11 @@ def test_without_motion_levels_tell_the_offset_or_taps_do(walked: Session, zippe
     other = read_recording(zipped)
     by_levels = possible_alignments(walked, other, "levels")
     assert list(by_levels) == ["access points that both received"]
-    _, found, _ = first_clear(by_levels)
+    _, found, _ = first_clear(by_levels, lambda _: 1.0)
     assert found is not None
     assert abs(offset_error_s(found, clock)) < max(0.5, 3 * found.sigma_s)
     taps_ns = clock.zero_ns + np.array((3, 11, 12, 31, 55)) * 1_000_000_000
     tapped = replace(other, taps_ns=clock.of(taps_ns))
-    _, found, _ = first_clear(possible_alignments(replace(walked, presses_ns=taps_ns), tapped, "taps"))
+    _, found, _ = first_clear(possible_alignments(replace(walked, presses_ns=taps_ns), tapped, "taps"), lambda _: 1.0)
     assert found is not None
     assert abs(offset_error_s(found, clock)) < 0.02

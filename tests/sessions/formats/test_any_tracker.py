@@ -108,3 +108,13 @@ def test_a_file_without_poses_is_named(tmp_path: Path) -> None:
         writer.finish()
     with pytest.raises(SessionError, match=r"it contains foxglove\.Log: record poses with this schema"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize("unit_s", [1e-9, 1e-3])
+def test_times_of_tum_poses_in_another_unit_are_recognised(tmp_path: Path, unit_s: float) -> None:
+    lines = [f"{(1_700_000_000 + i / 30) / unit_s:.0f} {0.05 * i} 1.4 0 0 0 0 1" for i in range(60)]
+    (tmp_path / "poses.tum").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (tmp_path / "poses.toml").write_text('camera = "y-up"\nframe = "y-up"\n', encoding="utf-8")
+    session = read_session(SessionRef(SessionKey(1, "robot", "walk"), tmp_path, "tum", "slug"))
+    assert "time_unit" in {each.kind for each in session.findings}
+    assert np.ptp(session.camera.time_ns) * 1e-9 == pytest.approx(59 / 30, abs=0.002)

@@ -89,10 +89,14 @@ def read_csv(source: Path | bytes, **options: Unpack[CsvOptions]) -> pl.DataFram
     return pl.read_csv(_to_read(source), glob=False, **options)
 
 
-def scan_csv(path: Path, *, schema: Mapping[str, DataType] | None = None, has_header: bool = True) -> pl.LazyFrame:
-    """Scan a CSV file; raises OSError as :func:`scan_parquet`."""
-    _refuse_lone_quote(_end_of(path))
-    return pl.scan_csv(_to_read(path), glob=False, schema=schema, has_header=has_header)
+def scan_csv(
+    path: Path, schema: Mapping[str, DataType], *, has_header: bool = True, separator: str = ","
+) -> pl.LazyFrame:
+    """Scan a CSV file, whose columns get the names of the schema; raises OSError as :func:`scan_parquet`."""
+    _refuse_lone_quote(_end_of(path), separator=separator)
+    return pl.scan_csv(
+        _to_read(path), glob=False, schema=schema, has_header=False, skip_rows=int(has_header), separator=separator
+    )
 
 
 class ParquetOptions(TypedDict, total=False):

@@ -84,15 +84,15 @@ def attach(
         raise OutputError(f"{tie_file(walk, called)}: the tie already exists; use --replace, or choose another --name")
     session = _session(walk)
     recording = read_recording(other, columns, zone)
-    how, clock, refused = first_clear(possible_alignments(session, recording, by))
+    rows = {table: content.height for table, content in recording.tables.items()}
+
+    def matched(clock: ClockAlignment) -> float:
+        return sum(_inside(session, recording, clock).values()) / max(sum(rows.values()), 1)
+
+    how, clock, refused = first_clear(possible_alignments(session, recording, by), matched)
     if clock is None:
         raise UsageError(_nothing_tells(other, refused, by, recording.findings))
-    rows = {table: content.height for table, content in recording.tables.items()}
     inside = _inside(session, recording, clock)
-    if not any(inside.values()):
-        raise UsageError(
-            f"{other}: by {how} ({clock.figures}) no reading is within the walk, so it belongs to another walk"
-        )
     tie = Tie(
         recording=_path_from(walk, other),
         sha256=recording_sha256(other),
@@ -155,7 +155,7 @@ def _nothing_tells(other: Path, refused: list[str], by: str | None, findings: Se
     if refused:
         return (
             f"{other}: the clock offset between the two recordings is not clear ({'; '.join(refused)}). Carry both "
-            "devices on one body, walk for at least a minute and turn at corners"
+            "devices on one body, walk for at least a minute, turn at corners, and cut a longer recording to the walk"
         )
     what = "" if by is None else f" by {by}"
     return (

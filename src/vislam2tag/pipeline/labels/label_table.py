@@ -16,6 +16,7 @@ import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_json
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.clocks import ClockAlignment, Heard, align_by_levels, align_by_motion
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -23,20 +24,22 @@ from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.intake.readings import level_findings, with_addresses
+from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, shared_times
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
-from vislam2tag.sessions.clocks import LEVELS, MOTION, heard_in
+from vislam2tag.sessions.clocks import LEVELS, MOTION, first_clear, heard_in
 from vislam2tag.sessions.foreign_tables import (
     MOST_NS,
     MOTION_COLUMNS,
     Clock,
     TableTimes,
     level_columns,
-    numbers,
     read_table,
+    sensor_columns,
     table_times,
-    three_axes,
     time_column,
+    time_findings,
+    with_readings,
 )
 from vislam2tag.sessions.formats.phone import RECORD_FILE
 from vislam2tag.site.corrections.file import read_corrections
@@ -50,15 +53,18 @@ Aligner = Callable[[LabelledSession], ClockAlignment]
 def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) -> dict[str, Aligner]:
     """Methods to align a table with a walk by name, the most exact first; ``wanted``: only this one.
 
-    Raises UsageError if the wanted method is unknown or the table has no columns for it.
+    Readings in ``rows`` are numbers. Raises UsageError if the wanted method is unknown, the table has no columns for
+    it, or times are rounded.
     """
     if wanted not in (None, MOTION, LEVELS):
         raise UsageError(f"--by {wanted}: unknown method; choose one of {MOTION}, {LEVELS}")
     found: dict[str, Aligner] = {}
     for sensor in MOTION_COLUMNS if wanted != LEVELS else ():
-        axes = three_axes(rows.columns, sensor)
+        axes, _ = sensor_columns(rows.columns, sensor)
         if axes:
-            norm = np.linalg.norm(rows.select(numbers(name) for name in axes).to_numpy(), axis=1)
+            norm = np.linalg.norm(rows.select(axes).to_numpy(), axis=1)
+            if shared_times(times.time_ns[times.usable & np.isfinite(norm)]):
+                raise UsageError(f"most readings share their time with others, so times are rounded; {ROUNDED}")
             found[_NAMES[sensor]] = partial(_by_motion, times.time_ns[times.usable], norm[times.usable], sensor)
     heard = _heard(rows, times) if wanted != MOTION else {}
     if heard:
@@ -92,19 +98,21 @@ def _levels_of(rows: pl.DataFrame) -> pl.DataFrame | None:
     columns = level_columns(rows.columns)
     if columns is None:
         return None
-    return rows.select(pl.col(columns[0]).cast(pl.String).alias("bssid"), numbers(columns[1]).alias("rssi_dbm"))
+    return rows.select(pl.col(columns[0]).cast(pl.String).alias("bssid"), pl.col(columns[1]).alias("rssi_dbm"))
 
 
-def level_notes(rows: pl.DataFrame) -> list[str]:
-    """Findings about a table's addresses and levels, one sentence each; the rows keep them."""
+def level_findings_of(rows: pl.DataFrame) -> list[Finding]:
+    """Findings about a table's addresses and levels; the rows keep them."""
     wifi = _levels_of(rows)
     if wifi is None:
         return []
-    lines = pl.int_range(2, pl.len() + 2, dtype=pl.Int64).alias("row")
-    named, masked = with_addresses(wifi.select(lines, pl.all()), "bssid", "")
+    named, masked = with_addresses(wifi.with_columns(rows["row"]), "bssid", "")
     done = "these readings are not used to align clocks"
-    odd = [*masked, *level_findings(named, "", done)]
-    return [f"{each.kind} {each.count} (lines {', '.join(map(str, each.lines))}): {each.message}" for each in odd]
+    return [*masked, *level_findings(named, "", done)]
+
+
+def _sentence(finding: Finding) -> str:
+    return f"{finding.kind} {finding.count} (lines {', '.join(map(str, finding.lines))}): {finding.message}"
 
 
 def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
@@ -175,7 +183,7 @@ def label(
 
     Raises UsageError, with figures, if the result is not clear, DatasetError if the folder does not contain labels.
     """
-    rows = table if isinstance(table, pl.DataFrame) else read_table(Path(table))
+    rows, header_line = (table, 1) if isinstance(table, pl.DataFrame) else read_table(Path(table))
     if taken := [name for name in ADDED if name in rows.columns]:
         raise UsageError(f"the table already has a column {' and '.join(taken)}; rename it")
     walks = _walks(Path(labels), session)
@@ -184,12 +192,16 @@ def label(
         raise UsageError(f"--offset-s {offset_s:g}: the offset is too large; give it in seconds")
     ahead_ns = 0 if offset_s is None else round(offset_s * 1e9)
     spans_ns += 0 if ahead_ns > _YEARS_NS else ahead_ns
-    times = _times(rows, spans_ns, align is not None, **read)
+    alignable = align is not None or any(sensor_columns(rows.columns, sensor)[0] for sensor in MOTION_COLUMNS)
+    times, odd = _times(rows, spans_ns, alignable, header_line, **read)
+    lines = pl.int_range(header_line + 1, pl.len() + header_line + 1, dtype=pl.Int64)
+    readable, unreadable = with_readings(rows.with_columns(lines.alias("row")), "")
     if offset_s is not None:
         walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], list[str]()
     else:
-        walks, why = _with_clocks(walks, times, rows, align, path_or_none(survey))
-    why += level_notes(rows)
+        walks, why = _with_clocks(walks, times, readable, align, path_or_none(survey))
+    why += _other_hours(walks, times)
+    why += map(_sentence, (*odd, *unreadable, *level_findings_of(readable)))
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *why), counts)
@@ -199,14 +211,16 @@ def _times(
     rows: pl.DataFrame,
     spans_ns: IntArray,
     aligned: bool,
+    header_line: int,
     time_name: str | None = None,
     clock: Clock | str | None = None,
     unit: str | None = None,
     zone: str | None = None,
-) -> TableTimes:
+) -> tuple[TableTimes, list[Finding]]:
     column = rows[time_column(rows.columns, time_name)]
     known = None if clock is None else Clock(clock)
-    return table_times(column, spans_ns, clock=known, unit=unit, zone=zone, aligned=aligned)
+    times = table_times(column, spans_ns, clock=known, unit=unit, zone=zone, aligned=aligned, header_line=header_line)
+    return times, time_findings(column, times, "", header_line)
 
 
 def _walks(folder: Path, wanted: str | None) -> list[_Walk]:
@@ -236,18 +250,24 @@ def _with_clocks(
     folders = {} if survey is None or align is not None else _folders(survey)
     for walk in walks:
         clock, how = _by_recorder(folders, walk.session), "the recorder's own clocks (session.json)"
-        for name, aligned in aligners.items() if clock is None else ():
-            tried, how = aligned(walk.session), name
-            if tried.offset_ns is not None:
-                clock = tried
-                break
-            refused.append(f"{walk.session.slug}: {name}: {tried.figures}")
+        if clock is None:
+            tried = {name: partial(aligned, walk.session) for name, aligned in aligners.items()}
+            how, clock, why = first_clear(tried, partial(_matched, walk, times))
+            refused += (f"{walk.session.slug}: {each}" for each in why)
         if clock is not None and clock.offset_ns is not None:
             found.append(replace(walk, clock=clock))
             notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
         raise UsageError(_nothing_tells(times, refused, align))
     return found, notes
+
+
+def _matched(walk: _Walk, times: TableTimes, clock: ClockAlignment) -> float:
+    """Share of the table, or of a shorter walk, that is within the time of the other."""
+    ours = clock.ours(times.time_ns[times.usable])
+    first, last = int(ours.min()), int(ours.max())
+    shorter_ns = min(last - first, walk.end_ns - walk.start_ns)
+    return (min(last, walk.end_ns) - max(first, walk.start_ns)) / max(shorter_ns, 1)
 
 
 def _words(clock: ClockAlignment) -> str:
@@ -293,6 +313,22 @@ def _inside(walk: _Walk, times: TableTimes) -> BoolArray:
     """(n,) rows of the table that were taken on a walk."""
     boot_ns = walk.clock.ours(times.time_ns)
     return times.usable & (boot_ns >= walk.start_ns) & (boot_ns <= walk.end_ns)
+
+
+def _other_hours(walks: list[_Walk], times: TableTimes) -> list[str]:
+    """Say by how many hours to change the table's clock if no row is within a walk, but most would be then."""
+    if times.clock is not Clock.UNIX or any(_inside(walk, times).any() for walk in walks):
+        return []
+    for hours in OTHER_HOURS:
+        moved = replace(times, time_ns=times.time_ns + hours * HOUR_NS)
+        inside = sum(int(_inside(walk, moved).sum()) for walk in walks)
+        if 2 * inside > times.usable.sum():
+            return [
+                f"no row is within a walk, but {inside} would be if the table's clock were {abs(hours)} h "
+                f"{'later' if hours > 0 else 'earlier'}, as with daylight saving or another time zone; correct --zone "
+                "or --offset-s"
+            ]
+    return []
 
 
 def _labelled(

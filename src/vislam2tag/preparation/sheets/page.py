@@ -20,7 +20,7 @@ from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
-from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError, first_line
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.progress import Progress, silent
@@ -365,5 +365,7 @@ def read_tags(images: Path) -> dict[str, SheetTag]:
     try:
         rows = read_csv(path, schema=_SCHEMA).drop_nulls()
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise SurveyError(f"{path}: expected {','.join(_SCHEMA)} as `vislam2tag sheets` writes it ({error})") from error
+        raise SurveyError(
+            f"{path}: expected {','.join(_SCHEMA)} as `vislam2tag sheets` writes it ({first_line(error)})"
+        ) from error
     return {landmark_id(row[0]): SheetTag(*row[2:]) for row in rows.iter_rows()}

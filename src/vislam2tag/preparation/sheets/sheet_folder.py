@@ -13,7 +13,7 @@ from PIL import Image
 from pydantic import ValidationError
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError, UsageError, first_line
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
 from vislam2tag.common.files.table_files import read_csv
@@ -241,7 +241,9 @@ def image_widths(folder: Path) -> dict[str, float]:
     try:
         rows = read_csv(path, schema={"id": pl.String, "file": pl.String, "width_m": pl.Float64})
     except (OSError, pl.exceptions.PolarsError) as error:
-        raise SurveyError(f"{path}: expected id,file,width_m as `vislam2tag sheets` writes it ({error})") from error
+        raise SurveyError(
+            f"{path}: expected id,file,width_m as `vislam2tag sheets` writes it ({first_line(error)})"
+        ) from error
     widths = {landmark_id(name): width for name, width in rows.select("id", "width_m").iter_rows() if name and width}
     if not all(0 < width < math.inf for width in widths.values()):
         raise SurveyError(f"{path}: widths must be above 0, metres")

@@ -27,6 +27,7 @@ from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.intake.time_units import FRAMES
 from vislam2tag.sessions.apps import MATRIX, AppFormat, Keyframe, Keyframes, Pictures, Readings, pose_table, timed
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import register
@@ -69,7 +70,7 @@ def _ios_video(folder: Path) -> Pictures | None:
             f"{folder / 'Frames.txt'}: cannot be read ({error.strerror}); it describes the camera's lens"
         ) from error
     frames = _IOS_FRAMES.read(data, "Frames.txt").rows.sort("time_s")
-    poses = timed(_IOS_POSES.read(read_bytes(folder / "ARposes.txt"), "ARposes.txt").rows)
+    poses = timed(_IOS_POSES.read(read_bytes(folder / "ARposes.txt"), "ARposes.txt").rows, FRAMES, "ARposes.txt")[0]
     of_pose = poses.select("time_s", "time_ns").sort("time_s")
     both = frames.join_asof(of_pose, on="time_s", strategy="nearest", tolerance=SAME_FRAME_S).drop_nulls("time_ns")
     return Pictures(both["time_ns"].to_numpy(), both.select(LENS).to_numpy(), video, both["number"].to_numpy())
@@ -86,7 +87,7 @@ def _stray_video(folder: Path) -> Pictures | None:
     video = folder / "rgb.mp4"
     if not is_file(video):
         return None
-    rows = timed(_stray_table(read_bytes(folder / "odometry.csv"), "odometry.csv").rows)
+    rows = timed(_stray_table(read_bytes(folder / "odometry.csv"), "odometry.csv").rows, FRAMES, "odometry.csv")[0]
     own = set(LENS) <= set(rows.columns)
     lens = rows.select(LENS).to_numpy() if own else np.tile(_stray_lens(folder / "camera_matrix.csv"), (rows.height, 1))
     return Pictures(rows["time_ns"].to_numpy(), lens, video, rows["frame"].to_numpy())

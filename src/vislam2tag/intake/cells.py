@@ -1,0 +1,84 @@
+"""Numbers in the cells of text tables: decimal marks, blanks and units, and a report of cells that are not numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import polars as pl
+
+from vislam2tag.common.findings import Finding
+
+LEVEL_UNIT = r"(?i)\s*dbm?$"
+"""Unit that some loggers write after a level."""
+_GROUPED = r"^[+-]?[1-9]\d{0,2}(?:[ \u{a0}\u{202f}'’]\d{3})+(?:[.,]\d+)?$"
+"""Groups of three digits, separated by blanks or apostrophes."""
+_COMMA_GROUPS = r"^[+-]?[1-9]\d{0,2}(?:,\d{3})+\.\d+$"
+_POINT_GROUPS = r"^[+-]?[1-9]\d{0,2}(?:\.\d{3})+,\d+$"
+_PERHAPS_GROUPS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
+"""1,013 may be 1.013 or 1013: it is read only if another cell of the table shows what its comma means."""
+_DECIMAL_COMMA = r"^[+-]?\d*,\d+(?:[eE][+-]?\d+)?$"
+
+
+def separator_of(header: str) -> str:
+    """The mark that separates the fields of a table, by its first line: a semicolon, tab, bar or comma."""
+    return max((",", ";", "\t", "|"), key=header.count)
+
+
+def with_numbers(rows: pl.DataFrame, columns: Sequence[str], file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Turn columns into numbers (float64), null if a cell is empty or not a number, and report such cells by column.
+
+    ``rows`` has ``row``, the 1-based line. Blanks around a number are not part of it, "dBm" may follow it, and groups
+    of digits and decimal commas are read unless they are ambiguous.
+    """
+    simple = {name: rows[name].cast(pl.String).str.strip_chars() for name in columns}
+    exact = {name: text.cast(pl.Float64, strict=False) for name, text in simple.items()}
+    texts = {name: _plain(text) for name, text in simple.items() if (exact[name].is_null() & (text != "")).any()}
+    comma = any(map(_shows_decimal_comma, texts.values()))
+    numbers = {name: _numbers(text, comma=comma) for name, text in texts.items()}
+    odd = [
+        finding
+        for name, text in texts.items()
+        for finding in unreadable_cells(rows, name, numbers[name].is_null() & (text != ""), file)
+    ]
+    return rows.with_columns((exact | numbers).values()), odd
+
+
+def unreadable_cells(
+    rows: pl.DataFrame, column: str, unreadable: pl.Series, file: str, done: str = "and count as empty"
+) -> list[Finding]:
+    """Report the cells of a column that are ``unreadable`` (mask, null: no), with the first one and its line.
+
+    ``done`` says what happens to them.
+    """
+    found = rows.filter(unreadable.fill_null(value=False)).select("row", column)
+    if found.is_empty():
+        return []
+    message = (
+        f"column {column}: cells such as '{found[column][0]}' (line {found['row'][0]}) cannot be read {done}. Correct "
+        "these cells"
+    )
+    return [Finding.at_lines("unreadable_cells", file, found["row"].to_list(), message)]
+
+
+def _plain(cells: pl.Series) -> pl.Series:
+    text = cells.str.replace("−", "-", literal=True).str.replace(LEVEL_UNIT, "")
+    cell = pl.col(cells.name)
+    plain = (
+        pl.when(cell.str.contains(_GROUPED))
+        .then(cell.str.replace_all(r"[ \u{a0}\u{202f}'’]", ""))
+        .when(cell.str.contains(_COMMA_GROUPS))
+        .then(cell.str.replace_all(",", "", literal=True))
+        .when(cell.str.contains(_POINT_GROUPS))
+        .then(cell.str.replace_all(".", "", literal=True))
+        .otherwise(cell)
+    )
+    return text.to_frame().select(plain.alias(cells.name)).to_series()
+
+
+def _shows_decimal_comma(text: pl.Series) -> bool:
+    return bool((text.str.contains(_DECIMAL_COMMA) & ~text.str.contains(_PERHAPS_GROUPS)).any())
+
+
+def _numbers(text: pl.Series, *, comma: bool) -> pl.Series:
+    readable = text if comma else text.set(text.str.contains(_PERHAPS_GROUPS).fill_null(value=False), None)
+    return readable.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
