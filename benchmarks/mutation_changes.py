@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import TypeAlias
@@ -499,19 +499,16 @@ def missing_cells(file: str, text: str, columns: Sequence[str], every: int) -> C
     return change
 
 
-def local_dates(case: Case) -> None:
-    """Dates without a zone, of which the clock is set back by an hour in the middle."""
+def dates(new: Callable[[datetime], datetime]) -> NewCells:
+    """Change dates."""
+    return lambda cells: [new(datetime.fromisoformat(cell)).isoformat() for cell in cells]
+
+
+def set_back(case: Case) -> None:
+    """Set the clock of dates back by an hour in the middle."""
     rows = Rows.read(case.folder / "table.csv")
-    half = int(rows.rows[len(rows.rows) // 2][0])
-    start = datetime(2021, 10, 31, 2, 59, tzinfo=UTC)
-    rows.head[0] = "datetime"
-
-    def local(cells: list[str]) -> list[str]:
-        time_ns = int(cells[0])
-        at = start + timedelta(seconds=(time_ns - half) / 1e9 - (3600 if time_ns > half else 0))
-        return [at.strftime("%Y-%m-%dT%H:%M:%S.%f")]
-
-    rows.change((0,), local)
+    middle = rows.rows[len(rows.rows) // 2][0]
+    rows.change((0,), dates(lambda date: date - timedelta(hours=1)), lambda row: row[0] >= middle)
 
 
 def foreign(case: Case) -> None:
@@ -543,6 +540,17 @@ def decimal_commas(file: str) -> Change:
 def quoted(file: str, *columns: str) -> Change:
     """Write cells in quotes, with decimal commas."""
     return table(file, lambda cells: [f'"{cell.replace(".", ",")}"' for cell in cells], *columns)
+
+
+def unquoted(file: str) -> Change:
+    """Write decimal commas between the commas of a table."""
+
+    def change(case: Case) -> None:
+        rows = Rows.read(case.folder / file)
+        rows.decimal = ","
+        rows.write()
+
+    return change
 
 
 def names_exchanged(file: str, one: str, other: str) -> Change:

@@ -136,6 +136,20 @@ def _label(folder: Path, seed: int) -> None:
     table.write_csv(folder / "table.csv")
 
 
+OFFSET_S = 1_635_000_000
+"""Of the clock of a table with dates from the boot clock of the walks."""
+_ZONE = "Europe/Berlin"
+
+
+def _dates(folder: Path, seed: int) -> None:
+    """A table of an instrument with dates of a time zone, and labels."""
+    _label(folder, seed)
+    table = pl.read_csv(folder / "table.csv")
+    local = pl.from_epoch(pl.col("time_ns") + OFFSET_S * 10**9, "ns").dt.replace_time_zone("UTC")
+    date = local.dt.convert_time_zone(_ZONE).dt.to_string("%Y-%m-%dT%H:%M:%S%.6f")
+    table.select(date.alias("datetime"), pl.exclude("time_ns")).write_csv(folder / "table.csv")
+
+
 def _sensor_rows(walk: Path) -> list[list[str]]:
     """Rows of a walk's accelerometer and gyroscope as one table: seconds, then three values each."""
     rows = Rows.read(next(each for each in walk.iterdir() if each.name.lower() == "sensors.csv")).rows
@@ -239,6 +253,14 @@ INPUTS: Mapping[str, Input] = {
     "uji": Input(_exported("uji"), _IMPORT, DATA_SET),
     "comford": Input(_exported("comford"), _IMPORT, DATA_SET),
     "label": Input(_label, ("label {base}/table.csv --labels {base}/labels --out {out}/l.csv",), LABELLED),
+    "dates": Input(
+        _dates,
+        (
+            f"label {{base}}/table.csv --labels {{base}}/labels --zone {_ZONE} --offset-s {OFFSET_S} "
+            "--out {out}/l.csv",
+        ),
+        LABELLED,
+    ),
     "attach": Input(_attach, _ATTACH, LABELS),
     "attach-wifi": Input(_attach_wifi, _ATTACH, LABELS),
     "scans": Input(_scans, ("locate {base}/model.v2t {base}/scans.csv --out {out}/p.csv",), LOCATED),

@@ -7,6 +7,7 @@ can detect has a reason instead, and does not count.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import timedelta
 
 import mutation_changes as to
 import numpy as np
@@ -65,6 +66,13 @@ _LANDMARKS = (
         "survey",
         to.quoted_landmarks,
         ("malformed", "decimal"),
+    ),
+    Kind(
+        "landmarks: unquoted decimal commas",
+        "coordinates as 12,5",
+        "survey",
+        to.unquoted("survey/floor_0/marker_dict.csv"),
+        ("decimal",),
     ),
     Kind("landmarks: semicolons", "semicolons and decimal commas", "survey", to.landmarks_with_semicolons),
     Kind("landmarks: two exchanged", "ids of two rows", "survey", to.ids_exchanged, LANDMARK),
@@ -421,28 +429,29 @@ _TABLES = (
         "a column time_s with ns",
         "label",
         to.renamed("table.csv", ("time_s", "co2_ppm", "level_dbm")),
-        (*TIME, "unit", "in no walk"),
+        (*TIME, "unit", "not within any walk"),
     ),
     Kind(
         "label: ms as ns",
         "a column time_ns with ms",
         "label",
         to.table("table.csv", to.whole(lambda time: time // 10**6), "time_ns"),
-        (*TIME, "unit", "in no walk"),
+        (*TIME, "unit", "not within any walk"),
     ),
+    Kind("label: winter time", "local dates, set back by an hour", "dates", to.set_back, ("daylight", "set back")),
     Kind(
-        "label: winter time",
-        "dates without zone, set back by an hour",
-        "label",
-        to.local_dates,
-        ("daylight", "back", "zone"),
+        "label: other zone",
+        "local dates of a zone three hours away",
+        "dates",
+        to.table("table.csv", to.dates(lambda date: date + timedelta(hours=3)), "datetime"),
+        ("zone", "hours?", "0 have a position"),
     ),
     Kind(
         "label: other walk",
         "times of a walk of the next day",
         "label",
         to.table("table.csv", to.whole(lambda time: time + 86_400 * 10**9), "time_ns"),
-        ("in no walk",),
+        ("not within any walk",),
     ),
     Kind(
         "attach: g and deg/s in names",
@@ -579,13 +588,33 @@ _MEASURED = (
     Kind(
         "tape: quoted decimal commas", 'distances as "1,41"', "tape", to.quoted("tape.csv", "distance_m"), ("decimal",)
     ),
+    Kind(
+        "tape: unquoted decimal commas",
+        "distances as 1,41",
+        "tape",
+        to.unquoted("tape.csv"),
+        ("decimal",),
+    ),
+    Kind(
+        "tape: targets with unquoted decimal commas",
+        "coordinates as 1,41",
+        "tape",
+        to.unquoted("targets.csv"),
+        ("decimal",),
+    ),
+    Kind(
+        "station: known points with unquoted decimal commas",
+        "coordinates as 1,41",
+        "station",
+        to.unquoted("control.csv"),
+        ("decimal",),
+    ),
     Kind("tape: targets with semicolons", "semicolons and decimal commas", "tape", to.decimal_commas("targets.csv")),
     Kind(
         "tape: targets with quoted decimal commas",
         'coordinates as "1,41"',
         "tape",
         to.quoted("targets.csv", "x", "y"),
-        ("decimal",),
     ),
     Kind(
         "tape: targets exchanged",

@@ -4,13 +4,13 @@ tables."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 NS_OF = {"nanoseconds": 1, "microseconds": 10**3, "milliseconds": 10**6, "seconds": 10**9}
@@ -33,6 +33,7 @@ MAX_STEP_S = 1 / 30
 """Times that are rounded to more than a frame of usual trackers, 5 cm of a walk, are refused."""
 ROUNDED = "use the original file, not one that a spreadsheet saved"
 _EXPONENT = re.compile(r"[+-]?\d+(?:[.,](\d*))?[eE]([+-]?\d+)")
+_FRACTION = re.compile(r"\d+[.,]\d+")
 _SHOWN = 1000
 """Cells of a column that are looked at."""
 _ALIKE = 3
@@ -49,6 +50,19 @@ def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
     found = ((_EXPONENT.fullmatch(cell.strip()), cell) for cell in islice(cells, _SHOWN) if cell is not None)
     steps = [(10.0 ** (int(match[2]) - len(match[1] or "")), cell) for match, cell in found if match is not None]
     return max(steps, default=(0.0, ""))
+
+
+def odd_times(cells: Sequence[str]) -> tuple[FindingKind, str] | None:
+    """Why cells that should be times are not whole numbers: kind and message of a finding; None for other causes."""
+    if cells and all(_EXPONENT.fullmatch(cell) for cell in cells):
+        return "rounded_times", f"times such as {cells[0]} are rounded; these lines are skipped: {ROUNDED}"
+    if cells and all(_FRACTION.fullmatch(cell) for cell in cells):
+        message = (
+            f"times must be whole numbers, but times such as {cells[0]} have a fraction, like seconds; these lines are "
+            "skipped. Write them in the unit of the format"
+        )
+        return "time_unit", message
+    return None
 
 
 def shared_times(time_ns: IntArray) -> bool:

@@ -30,6 +30,7 @@ from vislam2tag.sessions.readings import (
     mark_repeated,
     sensor_table,
     wifi_findings,
+    with_sensor_units,
 )
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Parser, RawTable
@@ -133,7 +134,9 @@ class SessionFiles:
         rows = self.rows("sensors", parse, READINGS, clock_of(camera)).with_columns(
             pl.col(SENSOR_VALUES).fill_null(0.0)
         )
-        return self.on_clock("sensors", self.noted(sensor_table(rows, self.name_of("sensors"))), camera)
+        file = self.name_of("sensors")
+        rows = self.noted(with_sensor_units(rows, file))
+        return self.on_clock("sensors", self.noted(sensor_table(rows, file)), camera)
 
     def wifi(self, rows: pl.DataFrame, settings: FindingSettings) -> pl.DataFrame:
         """The table ``wifi`` of a session, of rows as their file has them."""
