@@ -15,7 +15,7 @@ import pytest
 from tests.site.site import write_survey
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.model import Survey
-from vislam2tag.site.site_table import LineCounts, finite_or_none, is_file, number_or_none, read_site_table
+from vislam2tag.site.site_table import LANDMARKS, LineCounts, finite_or_none, is_file, number_or_none, read_site_table
 
 
 def test_rows_keep_their_lines_and_fields_lose_their_blanks(tmp_path: Path) -> None:
