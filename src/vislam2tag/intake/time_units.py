@@ -10,7 +10,7 @@ from itertools import islice
 
 import numpy as np
 
-from vislam2tag.common.findings import Finding, FindingKind
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 NS_OF = {"nanoseconds": 1, "microseconds": 10**3, "milliseconds": 10**6, "seconds": 10**9}
@@ -52,17 +52,9 @@ def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
     return max(steps, default=(0.0, ""))
 
 
-def odd_times(cells: Sequence[str]) -> tuple[FindingKind, str] | None:
-    """Why cells that should be times are not whole numbers: kind and message of a finding; None for other causes."""
-    if cells and all(_EXPONENT.fullmatch(cell) for cell in cells):
-        return "rounded_times", f"times such as {cells[0]} are rounded; these lines are skipped: {ROUNDED}"
-    if cells and all(_FRACTION.fullmatch(cell) for cell in cells):
-        message = (
-            f"times must be whole numbers, but times such as {cells[0]} have a fraction, like seconds; these lines are "
-            "skipped. Write them in the unit of the format"
-        )
-        return "time_unit", message
-    return None
+def have_fractions(cells: Sequence[str]) -> bool:
+    """Whether times have a fraction, like seconds; those of the formats of sessions are whole numbers."""
+    return bool(cells) and all(map(_FRACTION.fullmatch, cells))
 
 
 def shared_times(time_ns: IntArray) -> bool:
@@ -85,6 +77,8 @@ FRAMES = Steps(1 / 300, 10.0)
 READINGS = Steps(2e-4, 2.0)
 """Inertial sensors give up to 1,000 readings a second; some loggers write them in blocks."""
 SCANS = Steps(0.05, 600.0)
+MAX_AFTER_S = 5.0
+"""Scans do not end later than the frames and sensors of their recording by more."""
 ANY = Steps(0.0, np.inf)
 """For times without a rate, such as presses."""
 DURATION = Steps(1.0, 86_400.0)

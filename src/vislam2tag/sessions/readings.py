@@ -20,6 +20,8 @@ from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
 _CARRIED = ("ACC", "GYRO")
 """Sensors whose unit is checked: a person carries the phone."""
 _UNCALIBRATED = "_UN"
+_MIN_READINGS = 100
+"""Fewer show no unit: about a second."""
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
 SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
 
@@ -50,10 +52,10 @@ def with_sensor_units(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list
     factors, findings = dict[str, float](), list[Finding]()
     for name in rows["sensor"].unique(maintain_order=True):
         sensor = name.removesuffix(_UNCALIBRATED)
-        if sensor in _CARRIED:
-            values = rows.filter(pl.col("sensor") == name).select(SENSOR_VALUES[:3]).cast(pl.Float64).to_numpy()
+        values = rows.filter(pl.col("sensor") == name).select(SENSOR_VALUES[:3]).cast(pl.Float64).to_numpy()
+        if sensor in _CARRIED and len(values) >= _MIN_READINGS:
             factor, odd = sensor_factor(values, sensor, None, file)
-            if factor not in (None, 1.0):
+            if factor is not None and factor != 1.0:
                 factors[name] = factor
                 findings += odd
     if not findings:

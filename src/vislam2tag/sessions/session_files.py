@@ -20,7 +20,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted, normal_uuids
 from vislam2tag.intake.time_units import READINGS, Steps
-from vislam2tag.sessions.clocks import clock_mismatch, clock_of, with_times
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, late_scans, with_times
 from vislam2tag.sessions.model import FileRecord, Recording, Session
 from vislam2tag.sessions.readings import (
     BEACON,
@@ -154,9 +154,14 @@ class SessionFiles:
         self.findings += ble_findings(rows, file)
         return rows
 
-    def on_clock(self, role: str, rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
-        """The same rows; reported if their times never meet the frames."""
-        self.findings += clock_mismatch(rows["time_ns"].to_numpy(), self.name_of(role), camera)
+    def on_clock(
+        self, role: str, rows: pl.DataFrame, camera: CameraTrack, sensors: pl.DataFrame | None = None
+    ) -> pl.DataFrame:
+        """The same rows; reported if their times never meet the frames, or end later than the ``sensors``."""
+        time_ns, file = rows["time_ns"].to_numpy(), self.name_of(role)
+        self.findings += clock_mismatch(time_ns, file, camera)
+        if sensors is not None:
+            self.findings += late_scans(time_ns, file, camera, sensors)
         return rows
 
     def session(

@@ -14,7 +14,7 @@ from vislam2tag.common.documentation import page_of
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.intake.cells import LEVEL_UNIT, unreadable_cells
-from vislam2tag.intake.time_units import ROUNDED, odd_times, rounded_step
+from vislam2tag.intake.time_units import ROUNDED, have_fractions, rounded_step
 
 _EXTRA = "_extra"
 _PLAIN = r"^[^\x00-\x1f\x7f\x{fffd}]+$"
@@ -132,8 +132,8 @@ def _line_numbers(first: int) -> pl.Expr:
     return pl.int_range(first, pl.len() + first, dtype=pl.Int64).alias("row")
 
 
-_MIN_ODD_TIMES = 10
-"""So many lines that are no rows, and most of the file, may have times in another notation; fewer are damaged."""
+_MIN_FRACTIONS = 10
+"""More lines that are no rows, and most of the file, may have times in seconds; fewer are damaged."""
 
 
 class TimeField(NamedTuple):
@@ -146,8 +146,14 @@ class TimeField(NamedTuple):
         """The finding about malformed lines; about their times if these are the cause."""
         lines = data.split(b"\n")
         fields = [lines[line - 1].split(self.separator)[self.index :][:1] for line in malformed.lines]
-        cause = odd_times([cell.decode(errors="replace").strip() for field in fields for cell in field])
-        return malformed if cause is None else malformed.model_copy(update={"kind": cause[0], "message": cause[1]})
+        cells = [cell.decode(errors="replace").strip() for field in fields for cell in field]
+        if not have_fractions(cells):
+            return malformed
+        message = (
+            f"times must be whole numbers, but times such as {cells[0]} have a fraction, like seconds; these lines are "
+            "skipped. Write them in the unit of the format"
+        )
+        return malformed.model_copy(update={"kind": "time_unit", "message": message})
 
 
 def _separated(
@@ -162,7 +168,7 @@ def _separated(
     unreadable = tuple(table["row"].filter(~good).to_list())
     last = int(table["row"][-1]) if table.height else 0
     findings = unreadable_findings(data, file, last, unreadable)[::-1]
-    if times is not None and len(unreadable) > max(_MIN_ODD_TIMES, table.height / 2):
+    if times is not None and len(unreadable) > max(_MIN_FRACTIONS, table.height / 2):
         findings = [times.judged(each, data) if each.kind == "malformed_lines" else each for each in findings]
     if not data:
         findings = [Finding(kind="empty_file", file=file, count=1, message="the file is empty; nothing was recorded")]

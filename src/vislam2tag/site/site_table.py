@@ -212,11 +212,6 @@ def read_site_table(
     return SiteTable(name, header, tuple(lines[1:] if has_header else lines))
 
 
-_DECIMAL_COMMAS = (
-    "rows have more values than columns, as if numbers had decimal commas; they are skipped: separate the columns by ;"
-)
-
-
 def _in_our_columns(
     name: str, lines: list[Line], guesses: list[str], columns: TableColumns, has_header: bool
 ) -> SiteTable:
@@ -244,7 +239,11 @@ def _in_our_columns(
         message = f"{'; '.join(guesses)}: correct the file if this is wrong"
         guessed = Finding.at_lines("assumed_columns", name, [head_line], message, Severity.INFO)
         findings = (guessed.model_copy(update={"count": max(1, len(made))}),)
-    findings += tuple(at_lines_if("malformed_lines", name, split, _DECIMAL_COMMAS))
+    message = (
+        "rows have more values than columns, as if numbers had decimal commas; they are skipped: separate the columns "
+        "by ;"
+    )
+    findings += tuple(at_lines_if("malformed_lines", name, split, message))
     return SiteTable(name, names, made, findings, (head_line,) if names else ())
 
 
