@@ -60,8 +60,8 @@ def with_sensor_units(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list
                 findings += odd
     if not findings:
         return rows, []
-    factor = pl.col("sensor").replace_strict(factors, default=1.0, return_dtype=pl.Float64)
-    return rows.with_columns(pl.col(SENSOR_VALUES) * factor), findings
+    by_sensor = pl.col("sensor").replace_strict(factors, default=1.0, return_dtype=pl.Float64)
+    return rows.with_columns(pl.col(SENSOR_VALUES) * by_sensor), findings
 
 
 def _irregular(rows: pl.DataFrame) -> tuple[pl.Series, pl.Series]:

@@ -140,12 +140,12 @@ class TimeField(NamedTuple):
     """Where a line has its time."""
 
     separator: bytes
-    index: int
+    place: int
 
     def judged(self, malformed: Finding, data: bytes) -> Finding:
         """The finding about malformed lines; about their times if these are the cause."""
         lines = data.split(b"\n")
-        fields = [lines[line - 1].split(self.separator)[self.index :][:1] for line in malformed.lines]
+        fields = [lines[line - 1].split(self.separator)[self.place :][:1] for line in malformed.lines]
         cells = [cell.decode(errors="replace").strip() for field in fields for cell in field]
         if not have_fractions(cells):
             return malformed
