@@ -36,6 +36,7 @@ ADDRESS = ("masked_addresses",)
 UNIT = ("sensor_unit", "unknown_unit")
 NO_ENTRY = ("unused_correction", "corrections.toml")
 INTERCHANGED = ("interchanged", "moved_landmark")
+CONTRADICTED = ("too long", "excluded", r"\b[1-9]\d* contradiction", r"\b[1-9]\d* without a position")
 OFFSET = "phones differ by a constant offset in dB"
 
 _LANDMARKS = (
@@ -576,13 +577,13 @@ _CORRECTIONS = (
     ),
 )
 _MEASURED = (
-    Kind("tape: cm", "all distances", "tape", to.table("tape.csv", to.scaled(100, 1), "distance_m"), ("distance",)),
+    Kind("tape: cm", "all distances", "tape", to.table("tape.csv", to.scaled(100, 1), "distance_m"), CONTRADICTED),
     Kind(
         "tape: feet",
         "all distances",
         "tape",
         to.table("tape.csv", to.scaled(1 / to.FT_M, 3), "distance_m"),
-        ("distance",),
+        CONTRADICTED,
     ),
     Kind("tape: semicolons", "semicolons and decimal commas", "tape", to.decimal_commas("tape.csv")),
     Kind(
@@ -621,7 +622,7 @@ _MEASURED = (
         "names of two corners",
         "tape",
         to.names_exchanged("targets.csv", "K1", "K2"),
-        ("contradict", "excluded", "moved_landmark"),
+        (*CONTRADICTED, "moved_landmark"),
     ),
     Kind(
         "tape: landmarks exchanged",
@@ -663,7 +664,7 @@ _MEASURED = (
         "names of two known points",
         "station",
         to.names_exchanged("station.csv", "K1", "K2"),
-        ("interchanged", "contradict", "excluded"),
+        ("interchanged", *CONTRADICTED),
     ),
 )
 KINDS: tuple[Kind, ...] = (

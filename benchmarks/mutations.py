@@ -191,7 +191,7 @@ def judged(kind: Kind, clean: Answer, changed: Answer) -> tuple[str, tuple[str, 
 
 def judged_clean(clean: Answer) -> tuple[str, tuple[str, ...]]:
     """Whether a clean input raises a finding of any kind: ``reported``, and these findings."""
-    kinds = {word for kind in KINDS for word in kind.expected if word.isidentifier()} - FAULTS_OF_PHONES
+    kinds = {word for kind in KINDS for word in kind.expected if word.isidentifier() and "_" in word} - FAULTS_OF_PHONES
     raised = tuple(sorted(line for line in clean.said if any(re.match(rf"{kind}\b", line) for kind in kinds)))
     raised += tuple(f"exit code {clean.code}: {line}" for line in clean.said if clean.code)
     return "reported" if raised else "harmless", raised
