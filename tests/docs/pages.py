@@ -20,6 +20,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "results/agreement.md": lambda: filled("agreement"),
     "results/floor-plan.md": lambda: filled("floor-plan"),
     "results/how-good.md": lambda: filled("how-good"),
+    "results/input-mutations.md": lambda: filled("input-mutations"),
 }
 
 TUTORIALS = ("first_steps", "own_walk", "trained_model")

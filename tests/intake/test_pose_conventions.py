@@ -80,10 +80,15 @@ def test_a_walk_has_no_finding(with_imu: bool) -> None:
     assert findings(walked(), measured(walked()) if with_imu else None) == []
 
 
+def x_and_y_exchanged(poses: FloatArray) -> FloatArray:
+    return poses[:, (1, 0, 2, 3, 4, 5, 6)]
+
+
 @pytest.mark.parametrize("with_imu", [False, True])
 @pytest.mark.parametrize(
     ("change", "name"),
     [
+        (x_and_y_exchanged, "x and y of the positions are exchanged"),
         (inverted, "poses map the world to the camera"),
         (exchanged, "y and z are exchanged"),
         (z_up, "the z axis points up"),

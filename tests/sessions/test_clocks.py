@@ -11,7 +11,7 @@ import pytest
 
 from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.sessions.clocks import pose_lag_of
+from vislam2tag.sessions.clocks import late_scans, pose_lag_of
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
@@ -43,6 +43,14 @@ def test_a_shifted_clock_changes_it(session: Session) -> None:
     corrected, _ = corrected_session(session, Corrections(shift_clock=(shift,)))
     assert session.camera.pose_lag_s is not None
     assert corrected.camera.pose_lag_s == pytest.approx(session.camera.pose_lag_s - 0.1, abs=0.002)
+
+
+def test_scans_after_the_end_of_the_recording_are_on_another_clock(session: Session) -> None:
+    time_ns, sensors = session.tables["wifi"]["time_ns"].to_numpy(), session.tables["sensors"]
+    assert late_scans(time_ns, "wifi.csv", session.camera, sensors) == []
+    (finding,) = late_scans(time_ns + 15 * 10**9, "wifi.csv", session.camera, sensors)
+    assert finding.kind == "clock_mismatch"
+    assert 0 < finding.count < len(time_ns)
 
 
 def test_without_a_gyroscope_nothing_tells(session: Session) -> None:

@@ -28,6 +28,7 @@ from vislam2tag.sessions.readings import (
     repeated_scans,
     sensor_table,
     wifi_findings,
+    with_sensor_units,
 )
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import LineTable, RawTable
@@ -39,6 +40,18 @@ def table_of(readings: list[tuple[int, str]], first_value: float = 0.5) -> tuple
     frame = pl.DataFrame(rows, schema={"row": pl.Int64, **SENSOR_SCHEMA}, orient="row")
     table, findings = sensor_table(frame, "sensors.csv")
     return table, {finding.kind: finding for finding in findings}
+
+
+def test_accelerations_in_g_and_turn_rates_in_degrees_are_converted() -> None:
+    values = {"ACC": (0.0, 1.0, 0.0), "GYRO_UN": (0.0, 0.0, 90.0), "MAG": (1.0, 0.0, 0.0)}
+    rows = [(i, i, name, *values[name], 0.0, 0.0, 0.0) for i, name in enumerate(list(values) * 100)]
+    frame = pl.DataFrame(rows, schema={"row": pl.Int64, **SENSOR_SCHEMA}, orient="row")
+    table, findings = with_sensor_units(frame, "sensors.csv")
+    assert table.row(0)[3:6] == pytest.approx((0.0, 9.80665, 0.0))
+    assert table.row(1)[3:6] == pytest.approx((0.0, 0.0, math.pi / 2))
+    assert table.row(2)[3:6] == (1.0, 0.0, 0.0)
+    assert [(one.kind, one.count) for one in findings] == [("sensor_unit", 100)] * 2
+    assert with_sensor_units(table, "sensors.csv")[1] == []
 
 
 def test_columns_are_in_the_order_of_the_contract() -> None:

@@ -69,6 +69,12 @@ def test_lines_that_are_no_row(line: str) -> None:
     assert set(kinds(table)) == {"malformed_lines"}
 
 
+@pytest.mark.parametrize(("time", "kind"), [("7,28313E+14", "rounded_times"), ("728313.25", "time_unit")])
+def test_files_whose_times_have_another_notation(time: str, kind: str) -> None:
+    table = parse(f"{time}; a; 2\n" * 20)
+    assert [(one.kind, one.count) for one in table.findings if one.kind != "mixed_decimal_marks"] == [(kind, 20)]
+
+
 def test_broken_utf8_makes_a_text_field_unreadable() -> None:
     table = parse(b"1; a; 1\n2; b\xff; 2\n3; c; 3\xfe\n")
     assert table.unreadable == (2, 3)

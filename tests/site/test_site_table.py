@@ -15,7 +15,7 @@ import pytest
 from tests.site.site import write_survey
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.model import Survey
-from vislam2tag.site.site_table import LineCounts, finite_or_none, is_file, number_or_none, read_site_table
+from vislam2tag.site.site_table import LANDMARKS, LineCounts, finite_or_none, is_file, number_or_none, read_site_table
 
 
 def test_rows_keep_their_lines_and_fields_lose_their_blanks(tmp_path: Path) -> None:
@@ -188,3 +188,12 @@ def test_marks_of_both_kinds_are_not_guessed_at(tmp_path: Path) -> None:
     survey = open_survey(write_survey(tmp_path, {"floor_1/marker_dict.csv": text}))
     assert survey.site.landmarks.on_floor(1).ids == ("7",)
     assert ("malformed_lines", (2,)) in [(finding.kind, finding.lines) for finding in survey.findings]
+
+
+def test_decimal_commas_between_commas_are_not_columns(tmp_path: Path) -> None:
+    path = tmp_path / "marker_dict.csv"
+    path.write_text("id,x,y\n1,12,5,7,25\n2,3,4\n3,1.5,2.5,near the door\n", encoding="utf-8")
+    table = read_site_table(tmp_path, path, columns=LANDMARKS)
+    assert [line for line, _ in table.rows] == [3, 4]
+    assert [(one.kind, one.lines) for one in table.findings] == [("malformed_lines", (2,))]
+    assert "decimal commas" in table.findings[0].message

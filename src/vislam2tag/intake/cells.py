@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import polars as pl
@@ -17,6 +18,15 @@ _POINT_GROUPS = r"^[+-]?[1-9]\d{0,2}(?:\.\d{3})+,\d+$"
 _PERHAPS_GROUPS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 """1,013 may be 1.013 or 1013: it is read only if another cell of the table shows what its comma means."""
 _DECIMAL_COMMA = r"^[+-]?\d*,\d+(?:[eE][+-]?\d+)?$"
+
+
+_DIGITS, _POINT = re.compile(r"\d*"), re.compile(r"[+-]?\d*\.\d+")
+
+
+def has_decimal_commas(fields: Sequence[str], columns: int) -> bool:
+    """Whether a row of a table with commas between fields has more values than columns, because numbers have commas."""
+    surplus = fields[columns:]
+    return any(surplus) and all(map(_DIGITS.fullmatch, surplus)) and not any(map(_POINT.fullmatch, fields))
 
 
 def separator_of(header: str) -> str:

@@ -237,6 +237,7 @@ def _match(poses: Poses, inertial: Inertial) -> InertialMatch:
 
 _SWAP = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)))
 """y and z exchanged: a reflection."""
+_SWAP_XY = np.array(((0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
 _Z_UP = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
 """From a frame with z up to the ACS."""
 _MIRROR = np.diag((1.0, 1.0, -1.0))
@@ -299,6 +300,11 @@ CONVENTIONS = (
         "y and z of the positions are exchanged",
         "Exchange them; the y axis must point up.",
         _with_positions(_SWAP),
+    ),
+    Convention(
+        "x and y of the positions are exchanged",
+        "Exchange them; the y axis must point up.",
+        _with_positions(_SWAP_XY),
     ),
     Convention(
         "the frame is left-handed, like that of Unity",

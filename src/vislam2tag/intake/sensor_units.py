@@ -131,20 +131,26 @@ def in_sensor_unit(
 
     ``stated`` is the unit in the columns' names. A stated unit is used if the values are usual in it.
     """
+    factor, odd = sensor_factor(values, sensor, stated, file)
+    return (None if factor is None else values * factor), odd
+
+
+def sensor_factor(values: FloatArray, sensor: str, stated: str | None, file: str) -> tuple[float | None, list[Finding]]:
+    """By what to multiply values, as :func:`in_sensor_unit` does."""
     rule = SENSOR_UNITS[sensor]
     usual = _usual(values, rule)
     if not np.isfinite(usual):
-        return values, []
+        return 1.0, []
     name = next((name for name, unit in rule.units.items() if unit.fits(usual, stated)), None)
     if name is None:
         return None, [_unknown(rule, usual, stated, len(values), file)]
     unit = rule.units[name]
     if unit.factor == 1.0:
-        return values, []
+        return 1.0, []
     ours, why = next(iter(rule.units)), f"95 % are below {usual:.3g}" if rule.quantile > 0.5 else f"usually {usual:.3g}"
     reason = "as the columns' names state" if stated is not None else f"by their magnitude ({why})"
     message = f"{rule.what} are in {name} {reason}; they are converted to {ours}. No action needed if that is right"
-    return values * unit.factor, [Finding(kind="sensor_unit", file=file, count=len(values), message=message)]
+    return unit.factor, [Finding(kind="sensor_unit", file=file, count=len(values), message=message)]
 
 
 def _usual(values: FloatArray, rule: SensorRule) -> float:

@@ -4,7 +4,7 @@ tables."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -33,6 +33,7 @@ MAX_STEP_S = 1 / 30
 """Times that are rounded to more than a frame of usual trackers, 5 cm of a walk, are refused."""
 ROUNDED = "use the original file, not one that a spreadsheet saved"
 _EXPONENT = re.compile(r"[+-]?\d+(?:[.,](\d*))?[eE]([+-]?\d+)")
+_FRACTION = re.compile(r"\d+[.,]\d+")
 _SHOWN = 1000
 """Cells of a column that are looked at."""
 _ALIKE = 3
@@ -49,6 +50,11 @@ def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
     found = ((_EXPONENT.fullmatch(cell.strip()), cell) for cell in islice(cells, _SHOWN) if cell is not None)
     steps = [(10.0 ** (int(match[2]) - len(match[1] or "")), cell) for match, cell in found if match is not None]
     return max(steps, default=(0.0, ""))
+
+
+def have_fractions(cells: Sequence[str]) -> bool:
+    """Whether times have a fraction, like seconds; those of the formats of sessions are whole numbers."""
+    return bool(cells) and all(map(_FRACTION.fullmatch, cells))
 
 
 def shared_times(time_ns: IntArray) -> bool:
@@ -71,6 +77,8 @@ FRAMES = Steps(1 / 300, 10.0)
 READINGS = Steps(2e-4, 2.0)
 """Inertial sensors give up to 1,000 readings a second; some loggers write them in blocks."""
 SCANS = Steps(0.05, 600.0)
+MAX_AFTER_S = 5.0
+"""Scans do not end later than the frames and sensors of their recording by more."""
 ANY = Steps(0.0, np.inf)
 """For times without a rate, such as presses."""
 DURATION = Steps(1.0, 86_400.0)

@@ -23,7 +23,7 @@ from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.core.transforms import angular_speed
 from vislam2tag.intake.clock_ties import tie_fault
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
-from vislam2tag.intake.time_units import READINGS, SCANS, Steps, recognised_ns
+from vislam2tag.intake.time_units import MAX_AFTER_S, READINGS, SCANS, Steps, recognised_ns
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import readings_of
 
@@ -47,6 +47,21 @@ def clock_mismatch(times_ns: IntArray, file: str, camera: CameraTrack) -> list[F
         "corrections.toml shifts it ([[shift_clock]])"
     )
     return [Finding(kind="clock_mismatch", file=file, count=len(times_ns), message=message)]
+
+
+def late_scans(times_ns: IntArray, file: str, camera: CameraTrack, sensors: pl.DataFrame) -> list[Finding]:
+    """Report scans at times after the end of their recording, which is that of the last frame or sensor reading."""
+    if not len(sensors) or not len(camera.time_ns):
+        return []
+    end_ns = max(int(camera.time_ns[-1]), int(sensors["time_ns"].to_numpy().max()))
+    late = int(np.count_nonzero(times_ns > end_ns + MAX_AFTER_S * 1e9))
+    if late in (0, len(times_ns)):
+        return []  # if all are, they are on another clock: clock_mismatch
+    message = (
+        f"rows are up to {(int(times_ns.max()) - end_ns) / 1e9:.1f} s after the last frame and sensor reading, so the "
+        "times of this file are from another clock. Correct them in corrections.toml ([[shift_clock]])"
+    )
+    return [Finding(kind="clock_mismatch", file=file, count=late, message=message)]
 
 
 FASTEST_RAD_PER_S = 100.0

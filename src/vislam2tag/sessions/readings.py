@@ -12,10 +12,16 @@ from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import PressureLog
 from vislam2tag.core.limits import of_one_recording
 from vislam2tag.intake.readings import level_number, normal_uuids
+from vislam2tag.intake.sensor_units import sensor_factor
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import LineTable
 from vislam2tag.sessions.tracker_tables import FAR_TIMES, findings_of
 
+_CARRIED = ("ACC", "GYRO")
+"""Sensors whose unit is checked: a person carries the phone."""
+_UNCALIBRATED = "_UN"
+_MIN_READINGS = 100
+"""Fewer show no unit: about a second."""
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
 SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
 
@@ -39,6 +45,23 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
         ("non_finite_values", infinite, "values are not finite; they are kept unchanged", Severity.WARNING),
     )
     return table, findings
+
+
+def with_sensor_units(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Convert the values of rows of a sensor file to the units of Android, if they are clearly in another one."""
+    factors, findings = dict[str, float](), list[Finding]()
+    for name in rows["sensor"].unique(maintain_order=True):
+        sensor = name.removesuffix(_UNCALIBRATED)
+        values = rows.filter(pl.col("sensor") == name).select(SENSOR_VALUES[:3]).cast(pl.Float64).to_numpy()
+        if sensor in _CARRIED and len(values) >= _MIN_READINGS:
+            factor, odd = sensor_factor(values, sensor, None, file)
+            if factor is not None and factor != 1.0:
+                factors[name] = factor
+                findings += odd
+    if not findings:
+        return rows, []
+    by_sensor = pl.col("sensor").replace_strict(factors, default=1.0, return_dtype=pl.Float64)
+    return rows.with_columns(pl.col(SENSOR_VALUES) * by_sensor), findings
 
 
 def _irregular(rows: pl.DataFrame) -> tuple[pl.Series, pl.Series]:

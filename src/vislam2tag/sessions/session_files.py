@@ -21,7 +21,7 @@ from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted, normal_uuids
 from vislam2tag.intake.time_units import READINGS, Steps
-from vislam2tag.sessions.clocks import clock_mismatch, clock_of, with_times
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, late_scans, with_times
 from vislam2tag.sessions.model import FileRecord, Recording, Session
 from vislam2tag.sessions.readings import (
     BEACON,
@@ -32,6 +32,7 @@ from vislam2tag.sessions.readings import (
     mark_wifi,
     sensor_table,
     wifi_findings,
+    with_sensor_units,
 )
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.text_tables import Parser, RawTable
@@ -136,7 +137,9 @@ class SessionFiles:
         rows = self.rows("sensors", parse, READINGS, clock_of(camera)).with_columns(
             pl.col(SENSOR_VALUES).fill_null(0.0)
         )
-        return self.on_clock("sensors", self.noted(sensor_table(rows, self.name_of("sensors"))), camera)
+        file = self.name_of("sensors")
+        rows = self.noted(with_sensor_units(rows, file))
+        return self.on_clock("sensors", self.noted(sensor_table(rows, file)), camera)
 
     def wifi(self, rows: pl.DataFrame, settings: FindingSettings) -> pl.DataFrame:
         """The table ``wifi`` of a session, of rows as their file has them."""
@@ -154,9 +157,14 @@ class SessionFiles:
         self.findings += ble_findings(rows, file)
         return rows
 
-    def on_clock(self, role: str, rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
-        """The same rows; reported if their times never meet the frames."""
-        self.findings += clock_mismatch(rows["time_ns"].to_numpy(), self.name_of(role), camera)
+    def on_clock(
+        self, role: str, rows: pl.DataFrame, camera: CameraTrack, sensors: pl.DataFrame | None = None
+    ) -> pl.DataFrame:
+        """The same rows; reported if their times never meet the frames, or end later than the ``sensors``."""
+        time_ns, file = rows["time_ns"].to_numpy(), self.name_of(role)
+        self.findings += clock_mismatch(time_ns, file, camera)
+        if sensors is not None:
+            self.findings += late_scans(time_ns, file, camera, sensors)
         return rows
 
     def session(

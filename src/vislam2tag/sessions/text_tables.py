@@ -6,7 +6,7 @@ import codecs
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import polars as pl
 
@@ -14,7 +14,7 @@ from vislam2tag.common.documentation import page_of
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.intake.cells import unreadable_cells
-from vislam2tag.intake.time_units import ROUNDED, rounded_step
+from vislam2tag.intake.time_units import ROUNDED, have_fractions, rounded_step
 
 _EXTRA = "_extra"
 _PLAIN = r"^[^\x00-\x1f\x7f\x{fffd}]+$"
@@ -119,7 +119,8 @@ def _parsed(data: bytes, file: str, columns: Columns) -> RawTable:
     parts += [_is_text(table[name], _PLAIN) for name in text]
     if "time_ns" in columns:
         parts.append(pl.col("time_ns") >= 0)
-    raw = _with_marks_judged(_separated(data, file, table, pl.all_horizontal(parts)), data)
+    times = TimeField(b";", list(columns).index("time_ns")) if "time_ns" in columns else None
+    raw = _with_marks_judged(_separated(data, file, table, pl.all_horizontal(parts), times), data)
     return replace(raw, rows=raw.rows.drop(_EXTRA))
 
 
@@ -131,7 +132,33 @@ def _line_numbers(first: int) -> pl.Expr:
     return pl.int_range(first, pl.len() + first, dtype=pl.Int64).alias("row")
 
 
-def _separated(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -> RawTable:
+_MIN_FRACTIONS = 10
+"""More lines that are no rows, and most of the file, may have times in seconds; fewer are damaged."""
+
+
+class TimeField(NamedTuple):
+    """Where a line has its time."""
+
+    separator: bytes
+    place: int
+
+    def judged(self, malformed: Finding, data: bytes) -> Finding:
+        """The finding about malformed lines; about their times if these are the cause."""
+        lines = data.split(b"\n")
+        fields = [lines[line - 1].split(self.separator)[self.place :][:1] for line in malformed.lines]
+        cells = [cell.decode(errors="replace").strip() for field in fields for cell in field]
+        if not have_fractions(cells):
+            return malformed
+        message = (
+            f"times must be whole numbers, but times such as {cells[0]} have a fraction, like seconds; these lines are "
+            "skipped. Write them in the unit of the format"
+        )
+        return malformed.model_copy(update={"kind": "time_unit", "message": message})
+
+
+def _separated(
+    data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr, times: TimeField | None = None
+) -> RawTable:
     """Separate the rows that parse from the lines that do not, and report these.
 
     ``table`` has a row for each line of ``data``, in their order; ``row`` is the line's number.
@@ -141,6 +168,8 @@ def _separated(data: bytes, file: str, table: pl.DataFrame, readable: pl.Expr) -
     unreadable = tuple(table["row"].filter(~good).to_list())
     last = int(table["row"][-1]) if table.height else 0
     findings = unreadable_findings(data, file, last, unreadable)[::-1]
+    if times is not None and len(unreadable) > max(_MIN_FRACTIONS, table.height / 2):
+        findings = [times.judged(each, data) if each.kind == "malformed_lines" else each for each in findings]
     if not data:
         findings = [Finding(kind="empty_file", file=file, count=1, message="the file is empty; nothing was recorded")]
     return RawTable(file, table.height, rows, unreadable, tuple(findings))
@@ -226,7 +255,8 @@ class LineTable:
         text = pl.col(self.text)
         stripped = pl.when(pl.col("blank") == "").then(text).otherwise(text.str.strip_prefix(" "))
         table = fields.with_columns(stripped.alias(self.text)).select(_line_numbers(1), *self.columns)
-        raw = _with_marks_judged(_separated(data, file, table, self.readable), data)
+        times = TimeField(b";", self.pattern.partition("(?<time")[0].count(";"))
+        raw = _with_marks_judged(_separated(data, file, table, self.readable, times), data)
         return replace(raw, findings=(*raw.findings, *_undecodable(data, raw, self.text)))
 
 
@@ -281,7 +311,8 @@ class NamedTable:
             return RawTable(file, 0, _empty(self.columns), (), ())
         typed, odd = self._typed(body, names, file)
         table = typed.select(_line_numbers(2), *self.columns, _END)
-        raw = _separated(data, file, table, self._readable(table))
+        times = TimeField(b",", names.index("time_ns")) if "time_ns" in names else None
+        raw = _separated(data, file, table, self._readable(table), times)
         return replace(raw, rows=raw.rows.drop(_END), findings=(*raw.findings, *odd))
 
     def _without_header(self, body: bytes, file: str, missing: Iterable[str]) -> RawTable:

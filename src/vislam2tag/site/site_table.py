@@ -16,7 +16,8 @@ from typing import TypeAlias
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import MissingExtraError, SurveyError, first_line, import_extra
 from vislam2tag.common.files.given_files import read_bytes
-from vislam2tag.common.findings import Finding, FindingKind, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity, at_lines_if
+from vislam2tag.intake.cells import has_decimal_commas
 from vislam2tag.site.corrections.file import UNITS_M
 
 _UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, **UNITS_M, "feet": UNITS_M["ft"]}
@@ -219,7 +220,8 @@ def _in_our_columns(
     if not has_header and not set(columns.needed) <= set(names):
         (_, order, factors, _), rows = _understood(columns.needed, columns), lines
         names, taken = (), ()
-    ordered = [(line, _reordered(fields, order)) for line, fields in rows]
+    split = [line for line, fields in rows if has_decimal_commas(fields, len(order))]
+    ordered = [(line, _reordered(fields, order)) for line, fields in rows if line not in split]
     numbers = [text for _, fields in ordered for text, factor in zip(fields, factors, strict=False) if factor]
     comma = any(map(_COMMA_NUMBER.fullmatch, numbers)) and not any(map(_POINT_NUMBER.fullmatch, numbers))
 
@@ -237,6 +239,11 @@ def _in_our_columns(
         message = f"{'; '.join(guesses)}: correct the file if this is wrong"
         guessed = Finding.at_lines("assumed_columns", name, [head_line], message, Severity.INFO)
         findings = (guessed.model_copy(update={"count": max(1, len(made))}),)
+    message = (
+        "rows have more values than columns, as if numbers had decimal commas; they are skipped: separate the columns "
+        "by ;"
+    )
+    findings += tuple(at_lines_if("malformed_lines", name, split, message))
     return SiteTable(name, names, made, findings, (head_line,) if names else ())
 
 

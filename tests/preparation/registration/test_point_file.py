@@ -174,3 +174,10 @@ def test_nothing_to_read_is_one_clear_error(tmp_path: Path) -> None:
         table_of(tmp_path, b"\xef\xbb\xbf\n# nothing\n")
     with pytest.raises(SurveyError, match=r"gone\.csv: cannot be opened \(No such file"):
         read_text_table(tmp_path / "gone.csv")
+
+
+def test_points_with_decimal_commas_between_commas_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "control.csv"
+    path.write_text("point,E,N\nK1,0,5,1,5\n")
+    with pytest.raises(SurveyError, match=r"control\.csv:2: 5 values under 3 columns"):
+        read_points(path)

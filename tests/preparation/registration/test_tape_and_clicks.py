@@ -80,6 +80,15 @@ def test_bad_targets_are_counted(tmp_path: Path) -> None:
     assert {one.kind: one.lines for one in findings} == {"malformed_lines": (4, 6), "duplicate_targets": (3,)}
 
 
+def test_targets_with_decimal_commas_are_refused_or_read(tmp_path: Path) -> None:
+    path = tmp_path / "targets.csv"
+    path.write_text("name,x,y\nK1,0,5,1,5\nK2,10,5,0,5\n")
+    with pytest.raises(SurveyError, match=r"targets\.csv:2: 5 values under 3 columns; with decimal commas"):
+        read_targets(path, SETTINGS)
+    path.write_text('name,x,y\nK1,"0,5","1,5"\n')
+    assert read_targets(path, SETTINGS)[0]["K1"].start == 0.5 + 1.5j
+
+
 def test_clicks_of_the_floor_with_their_sigma(tmp_path: Path) -> None:
     path = tmp_path / "clicks.csv"
     path.write_text(

@@ -17,6 +17,7 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity
+from vislam2tag.intake.cells import has_decimal_commas
 from vislam2tag.intake.extents import MAX_GRID_M, refused_positions
 from vislam2tag.preparation.registration.network import Measurement
 from vislam2tag.site.model import landmark_id
@@ -80,7 +81,7 @@ def read_text_table(path: Path) -> TextTable:
         raise SurveyError(f"{path}: contains no rows; expected a table of points")
     separator = _separator([line for _, line in lines[:_LOOKED_AT]])
     rows = tuple((number, _fields(line, separator)) for number, line in lines)
-    return TextTable(path.name, rows, separator, _decimal(rows, separator), tuple(findings))
+    return TextTable(path.name, rows, separator, _decimal(rows), tuple(findings))
 
 
 def parsed(
@@ -96,6 +97,16 @@ def parsed(
             yield line, row
 
 
+def refuse_longer_rows(table: TextTable, rows: Iterable[Line], columns: int) -> None:
+    """Raise SurveyError for a row that decimal commas separate into more values than columns."""
+    for line, fields in rows:
+        if table.separator == "," and has_decimal_commas(fields, columns):
+            raise SurveyError(
+                f"{table.place(line)}: {len(fields)} values under {columns} columns; with decimal commas, separate "
+                "the columns by ;"
+            )
+
+
 def _sheet(path: Path) -> TextTable:
     lines, guesses = sheet_lines(path)
     if not lines:
@@ -104,7 +115,7 @@ def _sheet(path: Path) -> TextTable:
         Finding(kind="assumed_sheet", file=path.name, count=1, message=each, severity=Severity.INFO) for each in guesses
     ]
     rows = tuple(lines)
-    return TextTable(path.name, rows, ";", _decimal(rows, ";"), tuple(findings))
+    return TextTable(path.name, rows, ";", _decimal(rows), tuple(findings))
 
 
 def _fields(line: str, separator: str) -> tuple[str, ...]:
@@ -131,10 +142,8 @@ def _separator(lines: list[str]) -> str:
     return max(SEPARATORS, key=score)
 
 
-def _decimal(rows: tuple[tuple[int, tuple[str, ...]], ...], separator: str) -> str:
-    """The mark that more fields have in a number; a comma that separates is none."""
-    if separator == ",":
-        return "."
+def _decimal(rows: tuple[tuple[int, tuple[str, ...]], ...]) -> str:
+    """The mark that more fields have in a number; a comma within a field is quoted where commas separate fields."""
     numbers = [field for _, fields in rows[:_LOOKED_AT] for field in fields[1:]]
     commas = sum("," in field and bool(_COMMA_NUMBER.fullmatch(field)) for field in numbers)
     points = sum("." in field and bool(_POINT_NUMBER.fullmatch(field)) for field in numbers)
@@ -281,6 +290,8 @@ def read_points(
     """
     table = read_text_table(path)
     columns, header_rows, findings = point_columns(table, given)
+    if header_rows:
+        refuse_longer_rows(table, table.rows[header_rows:], len(table.rows[header_rows - 1][1]))
     counts = LineCounts(table.file)
     rows: list[Measurement] = []
     for line, row in parsed(table.rows[header_rows:], counts, partial(_point, table, columns)):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,10 +10,10 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.intake.extents import MAX_LOCAL_M
-from vislam2tag.preparation.registration.point_file import TextTable, parsed, read_text_table
+from vislam2tag.preparation.registration.point_file import TextTable, parsed, read_text_table, refuse_longer_rows
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.site.model import landmark_id
-from vislam2tag.site.site_table import Line, LineCounts
+from vislam2tag.site.site_table import LineCounts
 
 LONGEST_M = 200.0
 """No tape, nor a laser held by hand indoors, is longer."""
@@ -59,7 +58,7 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
     counts = LineCounts(table.file)
     rows = _rows(table, number_at=2)
     if len(rows) < len(table.rows):
-        _refuse_longer_rows(table, rows, len(table.rows[0][1]))
+        refuse_longer_rows(table, rows, len(table.rows[0][1]))
     found = [distance for _, distance in parsed(rows, counts, partial(_distance, table, settings))]
     if not found:
         _refuse_too_long(path, table)
@@ -93,7 +92,10 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
     table = read_text_table(path)
     found: dict[str, Target] = {}
     counts = LineCounts(table.file)
-    for line, target in parsed(_rows(table, number_at=1), counts, partial(_target, table, settings)):
+    rows, columns = _rows(table, number_at=1), len(table.rows[0][1])
+    if all(len(fields) > columns for _, fields in rows):  # one row may be a wall, without names of its columns
+        refuse_longer_rows(table, rows, columns)
+    for line, target in parsed(rows, counts, partial(_target, table, settings)):
         if target.name in found:
             counts.add("duplicate_targets", line)
         else:
@@ -108,16 +110,6 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
         "duplicate_targets": "a name may appear only once; the first row is used: remove the others",
     }
     return found, [*table.findings, *counts.findings(messages)]
-
-
-def _refuse_longer_rows(table: TextTable, rows: Iterable[Line], columns: int) -> None:
-    """Raise SurveyError for a row with more values than columns: a decimal comma separates them."""
-    for line, fields in rows:
-        if len(fields) > columns and table.separator == ",":
-            raise SurveyError(
-                f"{table.place(line)}: {len(fields)} values under {columns} columns; with decimal commas, separate "
-                "the columns by ;"
-            )
 
 
 def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]], ...]:

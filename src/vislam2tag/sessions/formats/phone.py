@@ -241,7 +241,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
     sensors = reading.readings(SENSORS.read, camera)
     clock_ns = clock_of(camera, sensors)
     wifi = reading.wifi(reading.rows("wifi", WIFI.read, SCANS, clock_ns), settings)
-    tables = {"wifi": reading.on_clock("wifi", wifi, camera), "sensors": sensors}
+    tables = {"wifi": reading.on_clock("wifi", wifi, camera, sensors), "sensors": sensors}
     ble = reading.on_clock("ble", reading.ble(reading.rows("ble", BLE.read, ANY, clock_ns)), camera)
     tables |= {name: table for name, table in (("ble", ble), ("rtt", _rtt(reading, camera, clock_ns))) if table.height}
     presses_ns, taps = _presses(reading, camera, clock_ns)

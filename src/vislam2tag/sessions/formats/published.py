@@ -49,7 +49,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
     sensors = reading.readings(FieldTable(SENSOR_SCHEMA).read, camera)
     clock_ns = clock_of(camera, sensors)
     scans = reading.rows("wifi", WIFI_LINES.read, SCANS, clock_ns, "microseconds")
-    tables = {"wifi": reading.on_clock("wifi", reading.wifi(scans, settings), camera), "sensors": sensors}
+    tables = {"wifi": reading.on_clock("wifi", reading.wifi(scans, settings), camera, sensors), "sensors": sensors}
     if reading.has("ble"):
         adverts = reading.ble(reading.rows("ble", BLE_LINES.read, ANY, clock_ns))
         tables["ble"] = reading.on_clock("ble", adverts, camera)
