@@ -99,7 +99,7 @@ def main() -> None:
     done = {(each.input, each.seed, each.kind) for each in read(file, code)}
     left = [list(group) for _, group in groupby(sorted(set(runs) - done), key=lambda each: each[:2])]
     spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(options.jobs, spawn, max_tasks_per_child=10)
+    pool = ProcessPoolExecutor(options.jobs, spawn)
     with pool, file.open("a", encoding="utf-8") as lines:
         for number, outcomes in enumerate(pool.map(partial(outcomes_of, work, code), left), 1):
             lines.writelines(json.dumps(asdict(one)) + "\n" for one in outcomes)
