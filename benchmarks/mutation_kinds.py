@@ -27,14 +27,14 @@ class Kind:
 
 FRAME = ("survey_fault", "landmarks_off_plan", "implausible_extent")
 LANDMARK = ("survey_fault", "odd_reference")
-EXTENT = ("implausible_extent", "landmarks_off_plan", "survey_fault")
+EXTENT = ("implausible_extent", "landmarks_off_plan", "survey_fault", "positions span")
 TIME = ("time_unit", "rounded_times")
 CLOCK = ("clock_mismatch", "survey_fault")
-LEVEL = ("lost_sign", "absurd_levels", "level_scale")
+LEVEL = ("lost_sign", "absurd_levels", "levels_not_dbm", "--levels")
 NOT_HEARD = ("unstated_filler", "not-heard")
 ADDRESS = ("masked_addresses",)
 UNIT = ("sensor_unit", "unknown_unit")
-NO_ENTRY = ("unused_correction", "corrections.toml")
+NO_ENTRY = ("unused_correction", "unknown_in_corrections", "corrections.toml")
 INTERCHANGED = ("interchanged", "moved_landmark")
 CONTRADICTED = ("too long", "excluded", r"\b[1-9]\d* contradiction", r"\b[1-9]\d* without a position")
 OFFSET = "phones differ by a constant offset in dB"
