@@ -53,7 +53,10 @@ class Table:
         placed = both.drop_nulls(self.positions) if self.positions else both.clear()
         if placed.is_empty():
             return ""
-        old, new = (placed.select(f"{name}{end}" for name in self.positions).to_numpy() for end in ("", "_new"))
+        old, new = (
+            placed.select(pl.col(f"{name}{end}").cast(pl.Float64, strict=False) for name in self.positions).to_numpy()
+            for end in ("", "_new")
+        )
         moved = np.linalg.norm(new - old, axis=1)
         known = np.isfinite(moved)
         if known.mean() < SAME_SHARE:
