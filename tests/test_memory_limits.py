@@ -116,7 +116,7 @@ def test_a_plan_with_something_500_km_away_is_one_message(tmp_path: Path, comman
     (site / "site.toml").write_text('[[floors]]\nnumber = 0\n[floors.plan]\nfile = "plan.dxf"\n')
     printed = run(*command, site, "--out", tmp_path / "out")
     assert "plan.dxf: the plan of floor 0 is 500000 m wide" in printed
-    assert "a side may be 0.01 to 10000 m long" in printed
+    assert "a side may be 1 to 10000 m long" in printed
 
 
 def large_hall() -> WalkableSpace:

@@ -40,6 +40,7 @@ NAMES_BY_MODULE = {
     "estimation.settings": "HeightSettings MappingSettings SmootherSettings",
     "estimation.strategy": "MappingStrategy strategies_for_poses strategy_named strategy_names",
     "intake.ids": "IdShift",
+    "intake.level_scales": "LevelScale",
     "labeling.mapped_walk": "MappedWalk",
     "labeling.results": "SessionResult Summary",
     "labeling.settings": "LabelRule LabelSettings ProcessSettings",

@@ -42,6 +42,7 @@ from vislam2tag.estimation.strategy import strategies_for_poses as strategies_fo
 from vislam2tag.estimation.strategy import strategy_named as strategy_named
 from vislam2tag.estimation.strategy import strategy_names as strategy_names
 from vislam2tag.intake.ids import IdShift as IdShift
+from vislam2tag.intake.level_scales import LevelScale as LevelScale
 from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
 from vislam2tag.labeling.results import SessionResult as SessionResult
 from vislam2tag.labeling.results import Summary as Summary

@@ -38,7 +38,7 @@ def test_a_swap_is_named_applied_and_reverted(sound: Path, tmp_path: Path) -> No
     copy = tmp_path / "survey"
     shutil.copytree(sound, copy)
     swap_rows(copy / "floor_0" / "marker_dict.csv", "3", "6")
-    (copy / "corrections.toml").write_bytes(b'# by hand\n[[exclude_landmark]]\nid = "99"  # gone')
+    (copy / "corrections.toml").write_bytes(b'# by hand\n[[exclude_landmark]]\nid = "12"  # gone')
     rows = dict(line.split(",", 1) for line in (copy / "floor_0" / "marker_dict.csv").read_text().splitlines())
     (copy / "floor_0" / "rooms.csv").write_text(f"name,x,y\nLab,{rows['6']}\n")
     before = bytes_of(copy)

@@ -17,7 +17,6 @@ from vislam2tag.cli.commands_formats import scale_of
 from vislam2tag.common.errors import UsageError
 from vislam2tag.datasets.folder import open_dataset, write_dataset
 from vislam2tag.datasets.privacy import key_name, read_key
-from vislam2tag.intake.level_scales import LevelScale
 from vislam2tag.intake.readings import CURE
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning.model_files import load_model, save_model
@@ -94,7 +93,7 @@ def test_what_is_no_scale(text: str) -> None:
 
 
 def test_a_scale() -> None:
-    assert scale_of("0=-104, 1=0", "--levels") == LevelScale((0, -104), (1, 0))
+    assert scale_of("0=-104, 1=0", "--levels") == ((0, -104), (1, 0))
 
 
 def test_a_table_in_which_all_are_heard_is_no_silent_one(tmp_path: Path) -> None:

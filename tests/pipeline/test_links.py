@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import polars as pl
@@ -113,6 +114,8 @@ def test_a_linked_folder_is_outside_with_all_in_it(survey: Path, tmp_path: Path,
 
 def test_a_companion_that_is_tied_from_outside_makes_its_session_one_from_outside(survey: Path, tmp_path: Path) -> None:
     first, second = sessions_of(survey)
+    shutil.rmtree(second)
+    shutil.copytree(first, second)
     move_out(second, tmp_path / "elsewhere")
     assert vislam2tag("attach", first, second).returncode == 0
     process(survey, tmp_path / "labels")

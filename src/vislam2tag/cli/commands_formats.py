@@ -25,7 +25,6 @@ from vislam2tag.cli.tables import print_warnings
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Severity
-from vislam2tag.intake.level_scales import LevelScale
 
 if TYPE_CHECKING:
     from vislam2tag.datasets.model import FloorInfo
@@ -48,7 +47,7 @@ def degrees_of(text: str, option_name: str) -> tuple[float, float]:
     return latitude, longitude
 
 
-def scale_of(text: str, option_name: str) -> LevelScale:
+def scale_of(text: str, option_name: str) -> tuple[tuple[float, float], tuple[float, float]]:
     """Read two numbers with their levels from ``0=-100,100=-50``; raises UsageError for anything else."""
     try:
         (first, low), (second, high) = ([float(each) for each in pair.split("=")] for pair in text.split(","))
@@ -56,7 +55,7 @@ def scale_of(text: str, option_name: str) -> LevelScale:
         first = second = low = high = 0.0
     if first == second or low == high or not math.isfinite(first + second + low + high):
         raise UsageError(f"{option_name} {text}: expected two numbers with their dBm, such as 0=-100,100=-50")
-    return LevelScale((first, low), (second, high))
+    return (first, low), (second, high)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +77,7 @@ class ImportArguments:
         "RSSI value that means 'not received' in tables with a column for each access point.",
         metavar="LEVEL",
     )
-    levels: LevelScale | None = option(
+    levels: tuple[tuple[float, float], tuple[float, float]] | None = option(
         None,
         "Levels in dBm of two numbers, for such tables in another form, such as 0=-100,100=-50 for percent.",
         metavar="NUMBER=DBM,NUMBER=DBM",
@@ -154,7 +153,7 @@ def import_command(given: ImportArguments) -> None:
         _bytes(given.max_unpacked_gb),
         given.follow_links,
         given.not_heard,
-        given.levels,
+        None if given.levels is None else api.LevelScale(*given.levels),
     )
     with interrupted_with(f"no data set was written to {given.out}"), session_bar("files") as bar:
         dataset = api.import_format(given.path, given.out, options, progress=bar.count)

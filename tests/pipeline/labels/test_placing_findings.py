@@ -99,7 +99,7 @@ def test_each_refusal_has_its_reason_and_a_cure(reason: Status, why: str, cure: 
     [
         ({"misfit": 0.2502}, Status.FITS_NOWHERE, "floor 3 (0.26 nats per 10 m; at most 0.25 is accepted): wherever"),
         ({"exchanged": 0.98}, Status.FITS_NOWHERE, "(the walk fits better by 0.9 nats; at least 1 is required)"),
-        ({"mirror": 2.97}, Status.FITS_MIRROR, "better by 2.9 nats; for a walk that fits like this, at least 3.0 are"),
+        ({"mirror": 2.97}, Status.FITS_MIRROR, "better by 2.9 nats; for a walk that fits like this, at least 4.0 are"),
         (
             {"mirror": 4.98, "misfit": 0.18},
             Status.FITS_MIRROR,

@@ -27,7 +27,7 @@ MOST_MISFIT = 0.25
 """Cost of the best path, nats per 10 m; usually 0.03 to 0.16 on the right plan, 0.2 to 1 on others."""
 MOST_MISFIT_NATS = 2.5
 """Cost of one stretch; a wall costs about 4."""
-LEAST_MIRROR_NATS, USUAL_MISFIT, NATS_PER_MISFIT = 4.0, 0.1, 25.0
+LEAST_MIRROR_NATS, USUAL_MISFIT, NATS_PER_MISFIT = 4.0, 0.14, 25.0
 """Required advantage over the mirror image: more for walks that fit worse than usual."""
 MIRRORED_NATS = 5.0
 """If the mirror image fits better by so much, the plan is mirrored."""
