@@ -145,7 +145,7 @@ def test_json_is_one_document(command: str, world: Path, monkeypatch: pytest.Mon
     if command.startswith("site walkable") and not (world / "survey/floor_5").exists():  # another process has its test
         assert vislam2tag(*NEW_FLOOR.split()).returncode == 0
     done = vislam2tag(*command.split(), "--json")
-    assert done.returncode in (0, 1), done.stderr
+    assert done.returncode in (0, 1, 3), done.stderr
     assert json.loads(done.stdout), "a document that holds something"
 
 

@@ -158,7 +158,8 @@ def _usual(values: FloatArray, rule: SensorRule) -> float:
     if rule.steady and len(sound) >= 2 * _WINDOW:
         whole = sound[: len(sound) // _WINDOW * _WINDOW]
         sound = whole.reshape(-1, _WINDOW, values.shape[1]).mean(axis=1)
-    return float(np.quantile(np.linalg.norm(sound, axis=1), rule.quantile)) if len(sound) else np.nan
+    with np.errstate(over="ignore"):
+        return float(np.quantile(np.linalg.norm(sound, axis=1), rule.quantile)) if len(sound) else np.nan
 
 
 def _unknown(rule: SensorRule, usual: float, stated: str | None, count: int, file: str) -> Finding:

@@ -218,7 +218,7 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     summary = summarise(results(), settings.strategy, __version__)
     faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
     new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
-    if len(refs) == len(run.survey.sessions) and not summary.failed:
+    if run.tasks and len(refs) == len(run.survey.sessions) and not summary.failed:
         new += unknown_landmarks(run.tasks[0].corrections, run.survey.site, seen, uses)
     survey = dataclasses.replace(shown, findings=(*shown.findings, *new))
     said = {
