@@ -159,7 +159,9 @@ def _usual(values: FloatArray, rule: SensorRule) -> float:
         whole = sound[: len(sound) // _WINDOW * _WINDOW]
         sound = whole.reshape(-1, _WINDOW, values.shape[1]).mean(axis=1)
     with np.errstate(over="ignore"):
-        return float(np.quantile(np.linalg.norm(sound, axis=1), rule.quantile)) if len(sound) else np.nan
+        size = np.linalg.norm(sound, axis=1)
+    size = size[np.isfinite(size)]
+    return float(np.quantile(size, rule.quantile)) if len(size) else np.nan
 
 
 def _unknown(rule: SensorRule, usual: float, stated: str | None, count: int, file: str) -> Finding:
