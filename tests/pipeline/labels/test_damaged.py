@@ -20,7 +20,7 @@ from vislam2tag.pipeline.labels.process import process
 
 some_or_many = pytest.mark.parametrize("rounds", [5, pytest.param(100, marks=pytest.mark.campaign)])
 FILES = ("poses.csv", "initPoses.csv", "wifi.csv", "sensors.csv")
-UNREADABLE = ("malformed_lines", "partial_last_line")
+UNREADABLE = ("malformed_lines", "partial_last_line", "rounded_times")
 
 
 @pytest.fixture(scope="module")
