@@ -64,7 +64,7 @@ def continuing_walls(walls: BoolArray, pieces: BoolArray, cell_m: float) -> Bool
     """Cells (rows, columns) of straight ``pieces`` that lie in one line, along an axis, with ``walls``: missing ink
     parts them. Without that line they would be lettering or furniture.
     """
-    from scipy.ndimage import label  # as above
+    from scipy.ndimage import label  # slow to load, and few commands read plans
 
     gap, run, stroke, thin = (max(round(length_m / cell_m), 1) for length_m in (GAP_M, RUN_M, STROKE_M, THIN_M))
     free, _ = label(~np.pad(pieces, 1))
@@ -75,6 +75,8 @@ def continuing_walls(walls: BoolArray, pieces: BoolArray, cell_m: float) -> Bool
     of_lines = np.ones(count + 1, dtype=np.bool_)
     of_lines[np.unique(numbers[_widened(_widened(solid, thin + 3, 0), thin + 3, 1)])] = False
     straight = pieces & of_lines[numbers]
+    if not straight.any():
+        return straight
     found = np.zeros_like(walls)
     for axis in (0, 1):
         thick = _opened(walls, thin + 1, 1 - axis)

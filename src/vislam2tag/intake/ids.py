@@ -19,9 +19,8 @@ _SIMILAR = 0.5
 
 def closest_id(name: str, known: Iterable[str]) -> str | None:
     """The known name that is most similar to one that does not exist; None if none is similar."""
-    found = get_close_matches(
-        name.casefold(), by_form := {each.casefold(): each for each in sorted(known)}, 1, _SIMILAR
-    )
+    by_form = {each.casefold(): each for each in sorted(known)}
+    found = get_close_matches(name.casefold(), by_form, 1, _SIMILAR)
     return by_form[found[0]] if found else None
 
 

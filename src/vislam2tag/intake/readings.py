@@ -17,6 +17,7 @@ from enum import Enum
 import polars as pl
 
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
+from vislam2tag.intake.cells import LEVEL_UNIT
 from vislam2tag.intake.level_scales import GREATEST, other_levels
 
 CURE = "Remove such levels from the file, or write them in dBm."
@@ -89,19 +90,18 @@ def measured() -> pl.Expr:
     return pl.when(SIGNAL_STRENGTH.contains(pl.col("rssi_dbm"))).then(pl.col("rssi_dbm").cast(pl.Float32))
 
 
-_UNIT = r"(?i)\s*dbm?$"
 _MINUS = "^[\u2212\u2013]"
 
 
 def level_number(text: pl.Expr) -> pl.Expr:
     """Read levels with either decimal mark, any minus sign and with or without the unit; null if not a number."""
-    plain = text.cast(pl.String).str.strip_chars().str.replace(_UNIT, "")
+    plain = text.cast(pl.String).str.strip_chars().str.replace(LEVEL_UNIT, "")
     return plain.str.replace(",", ".", literal=True).str.replace(_MINUS, "-").cast(pl.Float64, strict=False)
 
 
 def level_of(text: str) -> float:
     """:func:`level_number` of one text; NaN if it is not a number."""
-    plain = re.sub(_UNIT, "", text.strip()).replace(",", ".", 1)
+    plain = re.sub(LEVEL_UNIT, "", text.strip()).replace(",", ".", 1)
     try:
         return float(re.sub(_MINUS, "-", plain))
     except ValueError:

@@ -218,8 +218,10 @@ class AppFormat:
 
     def _may_have_pictures(self, ref: SessionRef) -> bool:
         """Whether there may be pictures to search for landmarks; those in a zip are not unpacked for reading."""
-        if ref.beside is not None or (self.video is None and not isinstance(self.poses, Keyframes)):
-            return self.video is not None or isinstance(self.poses, Keyframes)
+        if self.video is None and not isinstance(self.poses, Keyframes):
+            return False
+        if ref.beside is not None:
+            return True
         try:
             return self.pictures(ref.folder) is not None
         except SessionError:

@@ -52,12 +52,13 @@ def with_sensor_units(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list
     factors, findings = dict[str, float](), list[Finding]()
     for name in rows["sensor"].unique(maintain_order=True):
         sensor = name.removesuffix(_UNCALIBRATED)
+        if sensor not in _CARRIED:
+            continue
         values = rows.filter(pl.col("sensor") == name).select(SENSOR_VALUES[:3]).cast(pl.Float64).to_numpy()
-        if sensor in _CARRIED and len(values) >= _MIN_READINGS:
-            factor, odd = sensor_factor(values, sensor, None, file)
-            if factor is not None and factor != 1.0:
-                factors[name] = factor
-                findings += odd
+        factor, odd = sensor_factor(values, sensor, None, file) if len(values) >= _MIN_READINGS else (1.0, [])
+        if factor is not None and factor != 1.0:
+            factors[name] = factor
+            findings += odd
     if not findings:
         return rows, []
     by_sensor = pl.col("sensor").replace_strict(factors, default=1.0, return_dtype=pl.Float64)
@@ -149,7 +150,11 @@ def mark_wifi(rows: pl.DataFrame) -> pl.DataFrame:
 
 def stale_scans(rows: pl.DataFrame, file: str) -> list[Finding]:
     """Report scans that repeat the scan before, whatever their times; ``lines`` are their first ones."""
-    stale = rows.filter(pl.col("scan").is_in(repeated_scans(rows)))
+    return _stale_findings(rows, repeated_scans(rows), file)
+
+
+def _stale_findings(rows: pl.DataFrame, scans: Sequence[int], file: str) -> list[Finding]:
+    stale = rows.filter(pl.col("scan").is_in(scans))
     message = (
         "scans repeat all addresses and levels of the scan before, so they are old results and are not used; disable "
         "'Wi-Fi scan throttling' in the developer options of the phone"
@@ -161,8 +166,9 @@ def stale_scans(rows: pl.DataFrame, file: str) -> list[Finding]:
 def wifi_findings(rows: pl.DataFrame, file: str, settings: FindingSettings) -> list[Finding]:
     """Report stale rows and scans, and throttled scanning; ``rows`` are of :func:`mark_wifi`."""
     message = "a scan repeats readings of an earlier one (same BSSID and time); each counts once"
-    findings = stale_scans(rows, file)
-    again = rows.filter(pl.col("repeated"), ~pl.col("scan").is_in(repeated_scans(rows)))["row"].to_list()
+    stale = repeated_scans(rows)
+    findings = _stale_findings(rows, stale, file)
+    again = rows.filter(pl.col("repeated"), ~pl.col("scan").is_in(stale))["row"].to_list()
     findings += at_lines_if("stale_wifi_rows", file, again, message, Severity.INFO)
     interval_s = median_scan_interval_s(rows)
     if interval_s is not None and interval_s > settings.scan_interval_s:

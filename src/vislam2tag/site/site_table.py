@@ -220,7 +220,7 @@ def _in_our_columns(
     if not has_header and not set(columns.needed) <= set(names):
         (_, order, factors, _), rows = _understood(columns.needed, columns), lines
         names, taken = (), ()
-    split = [line for line, fields in rows if has_decimal_commas(fields, len(order))]
+    split = dict.fromkeys(line for line, fields in rows if has_decimal_commas(fields, len(order)))
     ordered = [(line, _reordered(fields, order)) for line, fields in rows if line not in split]
     numbers = [text for _, fields in ordered for text, factor in zip(fields, factors, strict=False) if factor]
     comma = any(map(_COMMA_NUMBER.fullmatch, numbers)) and not any(map(_POINT_NUMBER.fullmatch, numbers))
@@ -243,7 +243,7 @@ def _in_our_columns(
         "rows have more values than columns, as if numbers had decimal commas; they are skipped: separate the columns "
         "by ;"
     )
-    findings += tuple(at_lines_if("malformed_lines", name, split, message))
+    findings += tuple(at_lines_if("malformed_lines", name, list(split), message))
     return SiteTable(name, names, made, findings, (head_line,) if names else ())
 
 

@@ -25,7 +25,6 @@ CHANGES_NOTHING = frozenset({"unknown_in_corrections", "unused_correction"})
 """Kinds of findings about such entries."""
 _Place = tuple[int, str]
 """Floor and id of a landmark."""
-_NO_SESSION = "no session matches"
 
 
 def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], site: Site) -> list[Finding]:
@@ -37,10 +36,15 @@ def unused_corrections(corrections: Corrections, keys: Sequence[SessionKey], sit
     known = set(zip(site.landmarks.floor.tolist(), site.landmarks.ids, strict=True))
     points = {(floor.number, name) for floor in site.floors for name in floor.control_points.ids}
     findings = [
-        _unknown("move_control_point", number, f"floor {entry.floor} has no control point {entry.id}", entry.id, near)
+        _unknown(
+            "move_control_point",
+            number,
+            f"floor {entry.floor} has no control point {entry.id}",
+            entry.id,
+            [name for floor, name in points if floor == entry.floor],
+        )
         for number, entry in enumerate(corrections.move_control_point, start=1)
         if (entry.floor, entry.id) not in points
-        for near in [[name for floor, name in points if floor == entry.floor]]
     ]
     for table in OF_SESSIONS:
         for number, entry in enumerate(getattr(corrections, table), start=1):
@@ -88,7 +92,7 @@ def _unmatched(table: str, number: int, entry: Correction, keys: Sequence[Sessio
     session = entry.session
     if session is not None and all(key.session.replace(":", "") != session.replace(":", "") for key in keys):
         return _unknown(table, number, f"there is no session {session}", session, {key.session for key in keys})
-    message = f"[[{table}]] number {number} has no effect: {_NO_SESSION}; correct or remove it"
+    message = f"[[{table}]] number {number} has no effect: no session matches; correct or remove it"
     return site_finding("unused_correction", CORRECTIONS_FILE, message)
 
 
