@@ -27,7 +27,7 @@ class Kind:
 
 FRAME = ("survey_fault", "landmarks_off_plan", "implausible_extent")
 LANDMARK = ("survey_fault", "odd_reference")
-EXTENT = ("implausible_extent", "landmarks_off_plan", "survey_fault", "positions span")
+EXTENT = ("implausible_extent", "landmarks_off_plan", "survey_fault", "positions span", "positions are more than")
 TIME = ("time_unit", "rounded_times")
 CLOCK = ("clock_mismatch", "survey_fault")
 LEVEL = ("lost_sign", "absurd_levels", "levels_not_dbm", "--levels")

@@ -153,12 +153,12 @@ def test_scans_without_any_position_are_no_success(
     scans, out = tmp_path / name, tmp_path / "positions.csv"
     scans.write_text(text)
     done = vislam2tag("locate", place / "model.v2t", scans, "--out", out)
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert f"nothing could be located: {why}" in done.stdout
     assert done.stdout.splitlines()[-1].startswith(step)
     assert "next: " not in done.stdout
     assert "draw x and y" not in done.stdout
     told = vislam2tag("locate", place / "model.v2t", scans, "--out", out, "--json")
     record = json.loads(told.stdout)
-    assert (told.returncode, record["located"]) == (1, 0)
+    assert (told.returncode, record["located"]) == (3, 0)
     assert record["judgement"] == {"answer": "not_judged", "looked_at": "", "why": why, "warnings": 0}

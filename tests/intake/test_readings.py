@@ -30,6 +30,7 @@ from vislam2tag.intake.readings import (
     strength_of,
     with_addresses,
     without_absurd_levels,
+    without_filler,
 )
 
 
@@ -238,3 +239,34 @@ def test_measured_levels_are_no_filler(seed: int) -> None:
 
 def test_levels_of_a_lost_sign_are_no_filler() -> None:
     assert filler_of(*table(-fingerprints(-100, 0.2)), SIGNAL_STRENGTH).judgement is Judgement.NONE
+
+
+def scans(levels: list[list[float | None]]) -> pl.DataFrame:
+    """Rows of scans; None: the address is not listed."""
+    cells = [(i, f"ap{k}", level) for i, row in enumerate(levels) for k, level in enumerate(row) if level is not None]
+    rows = pl.DataFrame(cells, ["scan", "bssid", "rssi_dbm"], orient="row")
+    return rows.with_row_index("row", 1)
+
+
+def measured_scans(missing: float | None) -> pl.DataFrame:
+    """40 scans of 5 access points, of which a quarter is not heard."""
+    rng = np.random.default_rng(4)
+    drawn = rng.integers(-94, -50, (40, 5)).astype(float)
+    gone = rng.random((40, 5)) < 0.25
+    return scans(
+        [[missing if off else level for level, off in zip(*row, strict=True)] for row in zip(drawn, gone, strict=True)]
+    )
+
+
+def test_levels_of_what_a_scan_did_not_hear_are_skipped() -> None:
+    rows = measured_scans(-100.0)
+    kept, (finding,) = without_filler(rows, "bssid", "wifi.csv")
+    assert kept.height == measured_scans(None).height == rows.height - finding.count
+    assert finding.kind == "unstated_filler"
+    assert "-100 is the most frequent level" in finding.message
+
+
+@pytest.mark.parametrize("level", [None, -60.0], ids=["not listed", "a middle level"])
+def test_levels_of_scans_that_may_be_measured_are_kept(level: float | None) -> None:
+    rows = measured_scans(level)
+    assert without_filler(rows, "bssid", "wifi.csv")[0].equals(rows)

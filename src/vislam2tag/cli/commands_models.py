@@ -206,7 +206,7 @@ def locate_command(given: LocateOptions) -> None:
     With --serve it answers over HTTP on this computer, with a page that shows your position on the plans of --plans.
     See docs/how-to/locate.md for all formats.
 
-    Exit code: 0 at least one scan has a position, 1 none has, 2 wrong usage, no model, or unreadable scans, 130
+    Exit code: 0 at least one scan has a position, 2 wrong usage, no model, or unreadable scans, 3 none has, 130
     interrupted.
 
     \b
@@ -241,7 +241,7 @@ def locate_command(given: LocateOptions) -> None:
     with on_interrupt, _written(out) as write, visible_console(stderr=True).status("locating"):
         found = api.locate(given.model, given.scans, write, as_json=as_json, key=key, walks=_walks(given))
     result = asdict(found) | {"located": found.located, "judgement": found.judgement}
-    answer(result, given.json, lambda: _print_locate(found, given), failed=not found.located)
+    answer(result, given.json, lambda: _print_locate(found, given), nothing=not found.located)
 
 
 def _walks(given: LocateOptions) -> api.WalkPlan | None:

@@ -231,7 +231,15 @@ def with_columns_in_place(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, 
 
 
 KINDS = frozenset(
-    {"absurd_levels", "exchanged_columns", "levels_not_dbm", "lost_sign", "masked_addresses", "stale_scans"}
+    {
+        "absurd_levels",
+        "exchanged_columns",
+        "levels_not_dbm",
+        "lost_sign",
+        "masked_addresses",
+        "stale_scans",
+        "unstated_filler",
+    }
 )
 """Kinds of findings about readings."""
 
@@ -246,8 +254,9 @@ def admitted(
     """
     in_place, exchanged = with_columns_in_place(rows, file)
     named, masked = with_addresses(in_place, sender, file, known)
-    kept, absurd = without_absurd_levels(named, file)
-    return kept, [*exchanged, *masked, *absurd]
+    heard, fillers = without_filler(named, sender, file)
+    kept, absurd = without_absurd_levels(heard, file)
+    return kept, [*exchanged, *masked, *fillers, *absurd]
 
 
 _MIN_CELLS = 6
@@ -338,6 +347,31 @@ def _judged(levels: pl.DataFrame, edge: int, cells: int, known: int) -> Filler:
         return _NO_FILLER
     apart = abs(one["rssi_dbm"] - nearest) >= _GAP_DB and others.height > 1
     return Filler(Judgement.FOUND if apart else Judgement.ASK, one["rssi_dbm"], share, nearest)
+
+
+_MIN_SCANS = 10
+_FULL = 0.95
+_MORE_FREQUENT = 2
+
+
+def without_filler(rows: pl.DataFrame, sender: str, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """Skip and report rows that mean "not heard" in a file of scans (column ``scan``).
+
+    Whoever lists nearly all addresses in each scan writes a level for those that were not heard. It is the weakest
+    one, and more frequent than any that was measured.
+    """
+    scans = rows["scan"].n_unique() if "scan" in rows.columns else 0
+    if scans < _MIN_SCANS or rows.height < _FULL * scans * rows[sender].n_unique():
+        return rows, []
+    counts = rows["rssi_dbm"].drop_nulls().value_counts().sort("count", descending=True)
+    (level, cells), *others = counts.rows() or [(math.nan, 0)]
+    weakest = others and level < min(other for other, _ in others)
+    if not weakest or cells < max(_MIN_CELLS, _MORE_FREQUENT * others[0][1]):
+        return rows, []
+    nearest = min(other for other, _ in others)
+    filler = Filler(Judgement.FOUND, level, cells / rows.height, nearest)
+    kept = rows.filter(pl.col("rssi_dbm").ne_missing(level))
+    return kept, [filler_found(file, filler, cells, None)]
 
 
 def filler_found(file: str, filler: Filler, cells: int, stated: float | None) -> Finding:

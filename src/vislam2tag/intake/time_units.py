@@ -174,8 +174,7 @@ def ns_of_seconds(times: FloatArray, steps: Steps, file: str) -> tuple[IntArray,
 
     Times that do not fit into 64 bits in any unit become the greatest that do.
     """
-    middle = float(np.median(np.abs(times))) if len(times) else 0.0
-    unit = next((unit for unit, ns in NS_OF.items() if _UNIX_S[0] <= middle * ns / 1e9 <= _UNIX_S[1]), "seconds")
+    unit = unix_unit(times)
     with np.errstate(over="ignore"):
         scaled = np.nan_to_num(times * NS_OF[unit])
     time_ns = np.round(np.clip(scaled, -(2.0**62), 2.0**62)).astype(np.int64)
@@ -184,8 +183,19 @@ def ns_of_seconds(times: FloatArray, steps: Steps, file: str) -> tuple[IntArray,
         return time_ns, [Finding(kind="rounded_times", file=file, count=len(times), message=message)]
     if unit == "seconds":
         return recognised_ns(time_ns, time_ns, steps, file, "seconds")
+    return time_ns, [not_in_seconds(unit, file, len(times))]
+
+
+def unix_unit(times: FloatArray | IntArray) -> str:
+    """The unit (a key of :data:`NS_OF`) that makes most of the times (k,) dates from 2010 to 2035; else seconds."""
+    middle = float(np.median(np.abs(times))) if len(times) else 0.0
+    return next((unit for unit, ns in NS_OF.items() if _UNIX_S[0] <= middle * ns / 1e9 <= _UNIX_S[1]), "seconds")
+
+
+def not_in_seconds(unit: str, file: str, count: int) -> Finding:
+    """Report ``count`` times that are stated in seconds, and are read as another unit of Unix time."""
     message = _other_unit("seconds", unit, "only then are they dates from 2010 to 2035")
-    return time_ns, [Finding(kind="time_unit", file=file, count=len(times), message=message)]
+    return Finding(kind="time_unit", file=file, count=count, message=message)
 
 
 def _other_unit(stated: str, unit: str, reason: str) -> str:

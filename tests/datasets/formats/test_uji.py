@@ -84,6 +84,20 @@ def test_names_come_back_however_odd(tmp_path: Path) -> None:
     assert back.access_points.collect()["ssid"].null_count() == 10
 
 
+def test_times_in_milliseconds_are_recognised(tmp_path: Path) -> None:
+    folder = published(tmp_path / "UJIndoorLoc")
+    seconds = imported("uji", folder, tmp_path / "scratch")
+    file = folder / "trainingData.csv"
+    head, *rows = file.read_text().splitlines()
+    file.write_text("\n".join([head, *(f"{row}000" for row in rows)]) + "\n")
+    read = imported("uji", folder, tmp_path / "scratch2")
+    times = [each.fingerprints.select("start_ns", "session").collect() for each in (seconds, read)]
+    assert times[0].equals(times[1])
+    (finding,) = (each for each in read.info.findings if each.kind == "time_unit")
+    assert finding.file == "trainingData.csv"
+    assert "these are in milliseconds" in finding.message
+
+
 def test_a_place_beyond_the_solar_system_is_no_error(tmp_path: Path) -> None:
     folder = published(tmp_path / "UJIndoorLoc")
     file = folder / "validationData.csv"

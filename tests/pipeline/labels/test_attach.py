@@ -219,6 +219,16 @@ def test_what_is_wrong_is_named(without_wifi: Path, zipped: Path, tmp_path: Path
         assert message in the_error(vislam2tag("attach", *arguments))
 
 
+def test_addresses_that_are_masked_are_named_where_levels_do_not_tell(
+    walked: Session, whole: Path, tmp_path: Path
+) -> None:
+    heard = walked.tables["wifi"].select("time_ns", "bssid", "rssi_dbm")
+    masked = heard.with_columns(bssid=pl.lit("02:00:00:00:00:00"))
+    pl.concat([heard.head(1), masked]).write_csv(tmp_path / "other.csv")
+    done = the_error(vislam2tag("attach", folder_of(whole), tmp_path / "other.csv"))
+    assert f"masked_addresses {masked.height}: 02:00:00:00:00:00 is not an address" in done
+
+
 def test_a_companion_that_changed_since_is_an_error_of_the_session(without_wifi: Path, zipped: Path) -> None:
     walk = folder_of(without_wifi)
     (walk / "companions").mkdir()

@@ -22,7 +22,7 @@ from vislam2tag.common.files.table_files import read_csv, write_csv
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.text_tables import spreadsheet_escaped, spreadsheet_unescaped
 from vislam2tag.datasets import writing
-from vislam2tag.datasets.fingerprint_tables import WALK, FingerprintTables, SetDescription
+from vislam2tag.datasets.fingerprint_tables import FILE, WALK, FingerprintTables, SetDescription
 from vislam2tag.datasets.format_registry import (
     LEVEL_OPTIONS,
     ExportContext,
@@ -35,6 +35,7 @@ from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
 from vislam2tag.intake.level_scales import NOT_HEARD
 from vislam2tag.intake.readings import MASKED, normal_addresses, strength_of
+from vislam2tag.intake.time_units import NS_OF, not_in_seconds, unix_unit
 
 TECHNOLOGY = "wifi"
 STRENGTH = strength_of(["uji"])
@@ -117,11 +118,24 @@ def read(path: Path, context: ImportContext) -> Dataset:
     """
     folder = folder_of(path, context.scratch, context.most_unpacked)
     found = TABLES.rows(path, context)
-    rows = found.points.rows.with_columns(_named(folder, name) for name in NUMBERINGS)
+    rows, odd = _in_seconds(found.points.rows.with_columns(_named(folder, name) for name in NUMBERINGS))
     transmitters = _transmitters(folder / ACCESS_POINTS_FILE)
     heard = _with_addresses(found.points.heard, transmitters)
-    content = TABLES.content(replace(found, points=PointFingerprints(rows, heard)))
+    points = PointFingerprints(rows, heard)
+    content = TABLES.content(replace(found, points=points, findings=(*found.findings, *odd)))
     return TABLES.about.dataset(path, content, _ssids(heard, transmitters))
+
+
+def _in_seconds(rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Finding]]:
+    """The rows with TIMESTAMP in seconds, and a finding for each file that has another unit of Unix time."""
+    parts, findings = [], []
+    for (file,), part in rows.group_by(FILE, maintain_order=True):
+        times = part["TIMESTAMP"].drop_nulls()
+        unit = unix_unit(times.filter(times > 0).to_numpy())
+        parts.append(part.with_columns(pl.col("TIMESTAMP") // (NS_OF["seconds"] // NS_OF[unit])))
+        if unit != "seconds":
+            findings.append(not_in_seconds(unit, f"{file}.csv", len(times)))
+    return pl.concat(parts), findings
 
 
 def _named(folder: Path, name: str) -> pl.Expr:

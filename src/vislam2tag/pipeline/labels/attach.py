@@ -152,14 +152,15 @@ def _path_from(walk: Path, other: Path) -> str:
 
 
 def _nothing_tells(other: Path, refused: list[str], by: str | None, findings: Sequence[Finding]) -> str:
+    odd = "".join(f". {each.kind} {each.count}: {each.message}" for each in findings)
     if refused:
         return (
             f"{other}: the clock offset between the two recordings is not clear ({'; '.join(refused)}). Carry both "
             "devices on one body, walk for at least a minute, turn at corners, and cut a longer recording to the walk"
+            f"{odd}"
         )
     what = "" if by is None else f" by {by}"
     return (
         f"{other}: the recording has nothing to compare{what} with the walk. Both need a gyroscope or accelerometer, "
-        f"common access points, or taps; see the folder {FOLDER} in {page_of('how-to/iphone')}"
-        + "".join(f". {each.kind} {each.count}: {each.message}" for each in findings)
+        f"common access points, or taps; see the folder {FOLDER} in {page_of('how-to/iphone')}{odd}"
     )

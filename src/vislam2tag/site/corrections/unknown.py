@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.intake.ids import closest_id
 from vislam2tag.site.corrections.file import (
     CORRECTIONS_FILE,
@@ -92,15 +92,25 @@ def _unmatched(table: str, number: int, entry: Correction, keys: Sequence[Sessio
     session = entry.session
     if session is not None and all(key.session.replace(":", "") != session.replace(":", "") for key in keys):
         return _unknown(table, number, f"there is no session {session}", session, {key.session for key in keys})
-    message = f"[[{table}]] number {number} has no effect: no session matches; correct or remove it"
-    return site_finding("unused_correction", CORRECTIONS_FILE, message)
+    return _unused(table, number, "no session matches")
 
 
 def _unknown(table: str, number: int, problem: str, name: str, known: Collection[str]) -> Finding:
-    message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
-    if (near := closest_id(name, known)) is not None:
-        message = f"[[{table}]] number {number} has no effect: {problem}; the closest is {near}: correct or remove it"
+    if (near := closest_id(name, known)) is None:
+        return _unused(table, number, problem, "unknown_in_corrections", Severity.ERROR)
+    message = f"[[{table}]] number {number} has no effect: {problem}; the closest is {near}: correct or remove it"
     return site_finding("unknown_in_corrections", CORRECTIONS_FILE, message, Severity.ERROR)
+
+
+def _unused(
+    table: str,
+    number: int,
+    problem: str,
+    kind: FindingKind = "unused_correction",
+    severity: Severity = Severity.WARNING,
+) -> Finding:
+    message = f"[[{table}]] number {number} has no effect: {problem}; correct or remove it"
+    return site_finding(kind, CORRECTIONS_FILE, message, severity)
 
 
 def _visited_floor(entry: Correction, keys: Sequence[SessionKey], known: set[_Place]) -> set[int]:
