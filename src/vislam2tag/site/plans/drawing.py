@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,31 @@ MOST_SIDE_PX = 12_000
 """Longer side of a picture of which a part is taken."""
 MOST_POINTS = 1_000_000
 """Of a plan's geometry: a floor of a hundred rooms has some ten thousand."""
+
+
+class Became(StrEnum):
+    """What a part of a plan's file stands for."""
+
+    WALLS = "walls"
+    DOORS = "doors"
+    OPENINGS = "openings"
+    WALKABLE = "walkable"
+    OBSTACLES = "obstacles"
+    OUTLINE = "outline"
+    TEXT = "text"
+    LEFT_OUT = "left out"
+
+
+@dataclass(frozen=True)
+class TakenPart:
+    """A layer, class or category of a plan's file, and what it became."""
+
+    name: str
+    became: Became
+    count: int
+    """Lines, polygons or texts in it."""
+    why: str = ""
+    """Why it was left out, a clause such as "furniture" or "frozen layer"."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +88,10 @@ class PlanDrawing:
     """Metres on paper a unit, if the file says so."""
     epsg: int | None = None
     """Reference system of the coordinates, if the file says so."""
+    taken: tuple[TakenPart, ...] = ()
+    """What each part of the file became; empty for pictures."""
+    notes: tuple[str, ...] = ()
+    """What the user should check about how the file was read, sentences."""
 
     @property
     def point_count(self) -> int:

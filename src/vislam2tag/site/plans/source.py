@@ -88,6 +88,10 @@ class PlanSource(_Part):
     """Of an IMDF archive: id, ordinal or short name; the first level where this is empty."""
     layers: tuple[str, ...] = ()
     """Of a DXF: those that contain walls; none given: those that are called so, else all but doors and text."""
+    doors: tuple[str, ...] = ()
+    """Of a DXF: further layers that contain doors (``*`` and ``?`` match)."""
+    ignore: tuple[str, ...] = ()
+    """Layers, classes or categories of the file that are left out (``*`` and ``?`` match)."""
     others: Literal["walkable", "obstacle"] | None = None
     """What polygons are that do not say their use; not given: obstacles if one polygon contains them all, else
     walkable."""
