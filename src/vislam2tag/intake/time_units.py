@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
@@ -190,6 +191,11 @@ def unix_unit(times: FloatArray | IntArray) -> str:
     """The unit (a key of :data:`NS_OF`) that makes most of the times (k,) dates from 2010 to 2035; else seconds."""
     middle = float(np.median(np.abs(times))) if len(times) else 0.0
     return next((unit for unit, ns in NS_OF.items() if _UNIX_S[0] <= middle * ns / 1e9 <= _UNIX_S[1]), "seconds")
+
+
+def are_dates(times_s: pl.Series) -> pl.Series:
+    """Whether times (k,) in seconds are dates from 2010 to 2035."""
+    return times_s.is_between(*_UNIX_S)
 
 
 def not_in_seconds(unit: str, file: str, count: int) -> Finding:
