@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -211,6 +211,23 @@ _NEARLY_ALL = 0.9
 def are_exchanged(addresses: pl.Series, names: pl.Series) -> bool:
     """Whether nearly all network names (n,) are addresses, and nearly no address (n,) is one."""
     return _addresses_among(names) >= _NEARLY_ALL and _addresses_among(addresses) <= 1 - _NEARLY_ALL
+
+
+def address_fault(bssids: Sequence[str], ssids: Sequence[str], known: Sequence[str]) -> str | None:
+    """Say what is wrong with columns bssid (n,) and ssid (n,); None if they may be right for the ``known`` names.
+
+    They are exchanged, or nearly no ``bssid`` is an address, although nearly all known names are.
+    """
+    addresses, names, wanted = (pl.Series(each, dtype=pl.String) for each in (bssids, ssids, known))
+    if are_exchanged(addresses, names):
+        return "the columns bssid and ssid are exchanged; exchange their names"
+    if not len(addresses) or _addresses_among(wanted) < _NEARLY_ALL or _addresses_among(addresses) > 1 - _NEARLY_ALL:
+        return None
+    example = next(name for name in wanted if is_address(name))
+    return (
+        f"column bssid contains names such as '{addresses[0]}', not addresses such as {example}: use the column of "
+        "addresses"
+    )
 
 
 def _addresses_among(names: pl.Series) -> float:
