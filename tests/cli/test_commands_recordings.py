@@ -210,6 +210,7 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
         ("time,co2\n1700000000,2\n", (), "their offset is unknown. Use --survey"),
         ("time,co2\n5,2\n", (), "its times are outside every walk in any unit"),
         ("time,status\n5,2\n", (), "the table already has a column status; rename it"),
+        ("time,co2\n5,0,412,5\n", (), "line 2 has 4 fields, the first line 2: perhaps decimal commas"),
         ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: expected one of boot, unix"),
         ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: the offset is too large"),
         ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: the offset is too large"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 
@@ -20,13 +21,32 @@ _PERHAPS_GROUPS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 _DECIMAL_COMMA = r"^[+-]?\d*,\d+(?:[eE][+-]?\d+)?$"
 
 
-_DIGITS, _POINT = re.compile(r"\d*"), re.compile(r"[+-]?\d*\.\d+")
+_DIGITS, _POINT = re.compile(r"[+-]?\d*(?:[eE][+-]?\d+)?"), re.compile(r"[+-]?\d*\.\d+")
 
 
 def has_decimal_commas(fields: Sequence[str], columns: int) -> bool:
     """Whether a row of a table with commas between fields has more values than columns, because numbers have commas."""
     surplus = fields[columns:]
     return any(surplus) and all(map(_DIGITS.fullmatch, surplus)) and not any(map(_POINT.fullmatch, fields))
+
+
+def surplus_fields(text: str, separator: str, above: int) -> str | None:
+    """Say which line of a table has more fields than its header, and why; None if none has.
+
+    ``above``: number of the file's lines above the table's text.
+    """
+    rows = csv.reader(text.split("\n"), delimiter=separator)
+    try:
+        columns = len(next(rows, []))
+        fields = next((row for row in rows if len(row) > columns), None)
+    except csv.Error:  # a field longer than any text
+        return None
+    if fields is None:
+        return None
+    cause = f"quote texts that contain '{separator}'"
+    if separator == "," and has_decimal_commas(fields, columns):
+        cause = "perhaps decimal commas in a comma-separated file; save it with semicolons or with decimal points"
+    return f"line {rows.line_num + above} has {len(fields)} fields, the first line {columns}: {cause}"
 
 
 def separator_of(header: str) -> str:
