@@ -52,6 +52,17 @@ def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
     return max(steps, default=(0.0, ""))
 
 
+_FIELDS = re.compile(r"[;,\s]+")
+_LARGE_STEP = 1000.0
+"""A spreadsheet rounds numbers of more than 11 digits to 6: to a larger step."""
+
+
+def rounded_number(line: bytes) -> str:
+    """The number of a table's line that is rounded the most, if as by a spreadsheet; else empty."""
+    step, cell = rounded_step(_FIELDS.split(line.decode(errors="replace")))
+    return cell if step > _LARGE_STEP else ""
+
+
 def have_fractions(cells: Sequence[str]) -> bool:
     """Whether times have a fraction, like seconds; those of the formats of sessions are whole numbers."""
     return bool(cells) and all(map(_FRACTION.fullmatch, cells))

@@ -5,6 +5,7 @@ docs/reference/phone-format.md is its specification.
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections import Counter
 from dataclasses import replace
@@ -105,8 +106,8 @@ def parse_record(data: bytes, file: str) -> PhoneRecord:
         raise ValueError(f"{where}: {wrong['msg']}") from error
 
 
-FIRST_COLUMN = b"time_ns,"
-"""How the header of every table begins."""
+_HEADERS = tuple(mark + b"time_ns" + separator for mark in (b"", codecs.BOM_UTF8) for separator in (b",", b";", b"\t"))
+"""How the header of every table begins, also if a spreadsheet saved it."""
 TRACKING = "TRACKING"
 SIGHTING = "FULL_TRACKING"
 """The tracker's word for a landmark that it sees in this frame."""
@@ -255,7 +256,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 def _has_header(path: Path) -> bool:
     try:
         with plain(path).open("rb") as file:
-            return file.read(len(FIRST_COLUMN)) == FIRST_COLUMN
+            return file.read(max(map(len, _HEADERS))).startswith(_HEADERS)
     except OSError:
         return False
 
