@@ -19,7 +19,7 @@ from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.intake.cells import separator_of, surplus_fields, unreadable_cells, with_numbers
-from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit
+from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit, with_axes_in_place
 from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
 from vislam2tag.site.site_table import decoded
@@ -326,11 +326,15 @@ def readings_in(rows: pl.DataFrame) -> pl.DataFrame | None:
 def with_readings(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Turn the columns of levels and sensors into numbers, and report their cells that are none.
 
-    ``rows`` has ``row``, the 1-based line.
+    ``rows`` has ``row``, the 1-based line. Columns of turn rates and accelerations that are exchanged are read the
+    other way round, and reported.
     """
     levels = level_columns(rows.columns)
     sensors = [sensor_columns(rows.columns, sensor)[0] for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS)]
-    return with_numbers(rows, [*(levels or ())[1:], *(name for names in sensors for name in names)], file)
+    names = [*(levels or ())[1:], *(name for axes in sensors for name in axes)]
+    readable, odd = with_numbers(rows, names, file)
+    in_place, exchanged = with_axes_in_place(readable, *sensors[:2], file)
+    return in_place, [*odd, *exchanged]
 
 
 def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, pl.DataFrame], list[Finding]]:
