@@ -175,6 +175,10 @@ def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: 
     (folder / "session.json").write_text(json.dumps({"start": start}))
     made = label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
     same(made.table, wifi)
+    later = [each + 100 * 86_400_000 for each in unix(wifi, "ms")]  # type: ignore[operator]
+    said = label(pl.DataFrame({"epoch": later}), labels, survey=tmp_path).notes[-1]
+    assert said.startswith("no row is within a walk: the table was recorded on 20")
+    assert said.endswith("(UTC): not the same walk; choose the recording of that day")
 
 
 @pytest.mark.parametrize("wall_ms", [10**30, 1e300, float("nan"), -(10**18)])

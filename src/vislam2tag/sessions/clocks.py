@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
@@ -24,6 +24,7 @@ from vislam2tag.core.transforms import angular_speed
 from vislam2tag.intake.clock_ties import tie_fault
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
 from vislam2tag.intake.time_units import MAX_AFTER_S, READINGS, SCANS, Steps, recognised_ns
+from vislam2tag.sessions.foreign_tables import MOST_NS
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import readings_of
 
@@ -62,6 +63,15 @@ def late_scans(times_ns: IntArray, file: str, camera: CameraTrack, sensors: pl.D
         "times of this file are from another clock. Correct them in corrections.toml ([[shift_clock]])"
     )
     return [Finding(kind="clock_mismatch", file=file, count=late, message=message)]
+
+
+def unix_ahead_ns(start: Any) -> int | None:
+    """How far Unix time is ahead of the boot clock, by ``start`` of a phone's record; None if that is unknown."""
+    try:
+        ahead_ns = int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
+    except (ValueError, KeyError, TypeError, OverflowError):
+        return None
+    return ahead_ns if abs(ahead_ns) < MOST_NS else None
 
 
 FASTEST_RAD_PER_S = 100.0

@@ -24,10 +24,10 @@ from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.intake.readings import level_findings, with_addresses, with_columns_in_place
-from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, shared_times
+from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, Span, other_day, shared_times, unix_span
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
-from vislam2tag.sessions.clocks import LEVELS, MOTION, first_clear, heard_in
+from vislam2tag.sessions.clocks import LEVELS, MOTION, first_clear, heard_in, unix_ahead_ns
 from vislam2tag.sessions.foreign_tables import (
     MOST_NS,
     MOTION_COLUMNS,
@@ -148,6 +148,11 @@ class _Walk:
     clock: ClockAlignment = _SAME_CLOCK
     """The table's clock against the walk's."""
 
+    @property
+    def unix_span(self) -> Span | None:
+        """First and last frame as Unix time, ns, if the table's clock is that; None if unknown."""
+        return unix_span(np.array((self.start_ns, self.end_ns)), self.clock.offset_ns)
+
 
 class TableTimesRead(TypedDict, total=False):
     """How to read the times of a table: column, clock (``boot``, ``unix``) and unit.
@@ -200,7 +205,7 @@ def label(
         walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], list[str]()
     else:
         walks, why = _with_clocks(walks, times, readable, align, path_or_none(survey))
-    why += _other_hours(walks, times)
+    why += _other_times(walks, times)
     why += map(_sentence, (*odd, *unreadable, *level_findings_of(readable)))
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
@@ -302,11 +307,11 @@ def _folders(survey: Path) -> dict[SessionKey, Path]:
 def _by_recorder(folders: Mapping[SessionKey, Path], session: LabelledSession) -> ClockAlignment | None:
     result = session.result()
     try:
-        start = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)["start"]
-        ahead_ns = int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
-    except (OSError, ValueError, KeyError, TypeError, OverflowError):
+        record = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)
+        ahead_ns = unix_ahead_ns(record["start"])
+    except (OSError, ValueError, KeyError, TypeError):
         return None
-    return ClockAlignment(ahead_ns) if abs(ahead_ns) < MOST_NS else None
+    return None if ahead_ns is None else ClockAlignment(ahead_ns)
 
 
 def _inside(walk: _Walk, times: TableTimes) -> BoolArray:
@@ -315,8 +320,8 @@ def _inside(walk: _Walk, times: TableTimes) -> BoolArray:
     return times.usable & (boot_ns >= walk.start_ns) & (boot_ns <= walk.end_ns)
 
 
-def _other_hours(walks: list[_Walk], times: TableTimes) -> list[str]:
-    """Say by how many hours to change the table's clock if no row is within a walk, but most would be then."""
+def _other_times(walks: list[_Walk], times: TableTimes) -> list[str]:
+    """Say why no row is within a walk, if its clock is known: another day, or a clock that differs by hours."""
     if times.clock is not Clock.UNIX or any(_inside(walk, times).any() for walk in walks):
         return []
     for hours in OTHER_HOURS:
@@ -328,7 +333,10 @@ def _other_hours(walks: list[_Walk], times: TableTimes) -> list[str]:
                 f"{'later' if hours > 0 else 'earlier'}, as with daylight saving or another time zone; correct --zone "
                 "or --offset-s"
             ]
-    return []
+    theirs = unix_span(times.time_ns[times.usable], None)
+    closest = min(walks, key=lambda walk: abs(walk.clock.ours(times.time_ns[times.usable]) - walk.start_ns).min())
+    day = other_day("the table", theirs, f"the walk {closest.session.slug}", closest.unix_span)
+    return [] if day is None else [f"no row is within a walk: {day}"]
 
 
 def _labelled(

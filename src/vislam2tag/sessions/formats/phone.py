@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import polars as pl
@@ -25,7 +25,7 @@ from vislam2tag.core.context import AnchorLog, ToldFloors, TrackerState
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of, unix_ahead_ns
 from vislam2tag.sessions.model import Recording, Session
 from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
@@ -84,6 +84,7 @@ class PhoneRecord(_Model):
     site: str = ""
     note: str = ""
     phone: Phone = Phone()
+    start: Any = None
     end: RecordingEnd | None = None
 
     @property
@@ -355,7 +356,8 @@ def _recording(
     file = reading.name_of("events")
     rows = reading.rows("events", EVENTS.read, ANY, clock_ns)
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
-    recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
+    known = ("", counts) if record is None else (record.ended, counts, record.note, unix_ahead_ns(record.start))
+    recording = Recording(*known)
     if recording.scans_refused:
         message = (
             "scans were refused or failed, probably because the phone throttles them; disable 'Wi-Fi scan "
