@@ -143,6 +143,17 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
     assert "according to common turn rates" in label(unix, labels).notes[1], "Unix times need no option"
 
 
+def test_boot_times_within_a_walk_of_another_motion_are_reported(labels: Path, headset: pl.DataFrame) -> None:
+    right = headset.drop("seconds_elapsed").rename({"taken_ns": "time_ns"})
+    for table in (right, right[:400], right[100:1600:4]):
+        assert len(label(table, labels).notes) == 1
+    other = right.with_columns(pl.col("^gyro_.$").reverse())
+    made = label(other, labels)
+    assert made.notes[1].startswith(f"motion_mismatch {other.height}: the times are within the walk ")
+    assert "but the turn rates do not match (correlation " in made.notes[1]
+    assert set(made.table["status"]) == {"ok"}
+
+
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [

@@ -333,7 +333,7 @@ def with_readings(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Fin
     sensors = [sensor_columns(rows.columns, sensor)[0] for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS)]
     names = [*(levels or ())[1:], *(name for axes in sensors for name in axes)]
     readable, odd = with_numbers(rows, names, file)
-    in_place, exchanged = with_axes_in_place(readable, *sensors[:2], file)
+    in_place, exchanged = with_axes_in_place(readable, sensors[0], sensors[1], file)
     return in_place, [*odd, *exchanged]
 
 

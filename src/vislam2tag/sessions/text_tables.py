@@ -225,7 +225,7 @@ def _with_separator_judged(raw: RawTable, data: bytes, read: Callable[[bytes], R
         return raw
     lines = data.split(b"\n")
     malformed = [lines[line - 1] for line in raw.unreadable]
-    return replace(raw, findings=with_separator(raw.findings, malformed, lambda some: read(some).rows["row"]))
+    return replace(raw, findings=with_separator(raw.findings, malformed, lambda some: read(some).rows["row"].to_list()))
 
 
 _REPLACEMENT = "\ufffd"
