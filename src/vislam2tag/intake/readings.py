@@ -374,8 +374,8 @@ _MORE_FREQUENT = 2
 def without_filler(rows: pl.DataFrame, sender: str, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Skip and report rows that mean "not heard" in a file of scans (column ``scan``).
 
-    A recorder that lists nearly all addresses in each scan writes a level for those that were not heard. It is the weakest
-    one, and more frequent than any that was measured.
+    A recorder that lists nearly all addresses in each scan writes a level for those that were not heard. It is the
+    weakest one, and more frequent than any that was measured.
     """
     scans = rows["scan"].n_unique() if "scan" in rows.columns else 0
     if scans < _MIN_SCANS or rows.height < _FULL * scans * rows[sender].n_unique():
