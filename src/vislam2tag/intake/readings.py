@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -213,6 +213,23 @@ def are_exchanged(addresses: pl.Series, names: pl.Series) -> bool:
     return _addresses_among(names) >= _NEARLY_ALL and _addresses_among(addresses) <= 1 - _NEARLY_ALL
 
 
+def address_fault(bssids: Sequence[str], ssids: Sequence[str], known: Sequence[str]) -> str | None:
+    """Say what is wrong with columns bssid (n,) and ssid (n,); None if they may be right for the ``known`` names.
+
+    They are exchanged, or nearly no ``bssid`` is an address, although nearly all known names are.
+    """
+    addresses, names, wanted = (pl.Series(each, dtype=pl.String) for each in (bssids, ssids, known))
+    if are_exchanged(addresses, names):
+        return "the columns bssid and ssid are exchanged; exchange their names"
+    if not len(addresses) or _addresses_among(wanted) < _NEARLY_ALL or _addresses_among(addresses) > 1 - _NEARLY_ALL:
+        return None
+    example = next(name for name in wanted if is_address(name))
+    return (
+        f"column bssid contains names such as '{addresses[0]}', not addresses such as {example}: use the column of "
+        "addresses"
+    )
+
+
 def _addresses_among(names: pl.Series) -> float:
     known = [name for name in names.unique().drop_nulls() if is_address(name)]
     return int(names.is_in(known).sum()) / max(len(names), 1)
@@ -357,8 +374,8 @@ _MORE_FREQUENT = 2
 def without_filler(rows: pl.DataFrame, sender: str, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Skip and report rows that mean "not heard" in a file of scans (column ``scan``).
 
-    Whoever lists nearly all addresses in each scan writes a level for those that were not heard. It is the weakest
-    one, and more frequent than any that was measured.
+    A recorder that lists nearly all addresses in each scan writes a level for those that were not heard. It is the
+    weakest one, and more frequent than any that was measured.
     """
     scans = rows["scan"].n_unique() if "scan" in rows.columns else 0
     if scans < _MIN_SCANS or rows.height < _FULL * scans * rows[sender].n_unique():
