@@ -57,7 +57,7 @@ def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows
 
 
 def test_a_span_outside_its_session_is_reported(session: Session) -> None:
-    spans = [{"session": session.key.session, "from_s": 281836.9}, {"from_s": 281836.9}]
+    spans: list[dict[str, object]] = [{"session": session.key.session, "from_s": 281836.9}, {"from_s": 281836.9}]
     corrected, uses = corrected_session(session, corrected_by(exclude_span=spans))
     (finding,) = (each for each in corrected.findings if each.kind == "unused_correction")
     assert "[[exclude_span]] from 281837 s has no effect" in finding.message

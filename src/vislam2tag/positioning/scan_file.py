@@ -28,20 +28,9 @@ from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.level_scales import OtherLevels, may_be_other, other_levels
-from vislam2tag.intake.readings import (
-    SIGNAL_STRENGTH,
-    Filler,
-    Judgement,
-    address_fault,
-    filler_found,
-    filler_of,
-    in_range,
-    is_masked,
-    level_of,
-    masked_addresses,
-    normal_address,
-)
+from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
+from vislam2tag.intake.level_scales import SIGNAL_STRENGTH, OtherLevels, in_range, may_be_other, other_levels
+from vislam2tag.intake.readings import address_fault, is_masked, level_of, masked_addresses, normal_address
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")

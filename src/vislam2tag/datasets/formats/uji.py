@@ -33,8 +33,8 @@ from vislam2tag.datasets.format_registry import (
 )
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.intake.level_scales import NOT_HEARD
-from vislam2tag.intake.readings import MASKED, normal_addresses, strength_of
+from vislam2tag.intake.level_scales import NOT_HEARD, strength_of
+from vislam2tag.intake.readings import MASKED, normal_addresses
 from vislam2tag.intake.time_units import NS_OF, are_dates, not_in_seconds, unix_unit
 
 TECHNOLOGY = "wifi"
