@@ -158,6 +158,20 @@ def test_broken_corrections_are_2_and_name_the_entry(survey: Path, tmp_path: Pat
     assert not (tmp_path / "out").exists()
 
 
+def test_what_makes_readings_useless_and_unknown_landmarks_are_told(survey: Path, tmp_path: Path) -> None:
+    spoilt = shutil.copytree(survey, tmp_path / "survey")
+    (spoilt / "corrections.toml").write_text('[[exclude_landmark]]\nid = "no such"\n')
+    for path in spoilt.glob("floor_*/*/*/*"):
+        if path.name.lower() == "wifi.csv":
+            path.write_text(re.sub(r"(;\s*)[0-9a-f:]{17}(\s*;)", r"\g<1>02:00:00:00:00:00\2", path.read_text()))
+    done = vislam2tag("process", spoilt, "--out", tmp_path / "out", "--jobs", "1")
+    assert done.returncode == 1
+    assert "[[exclude_landmark]] number 1 has no effect" in done.stderr
+    assert "warning: masked_addresses" in done.stdout
+    assert "Grant the recording app the location permission" in done.stdout
+    assert "next: vislam2tag inspect" in done.stdout
+
+
 def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     (tmp_path / "thesis").mkdir()

@@ -143,6 +143,17 @@ def test_a_clock_is_found_by_the_turns_that_both_felt(tmp_path: Path, labels: Pa
     assert "according to common turn rates" in label(unix, labels).notes[1], "Unix times need no option"
 
 
+def test_boot_times_within_a_walk_of_another_motion_are_reported(labels: Path, headset: pl.DataFrame) -> None:
+    right = headset.drop("seconds_elapsed").rename({"taken_ns": "time_ns"})
+    for table in (right, right[:400], right[100:1600:4]):
+        assert len(label(table, labels).notes) == 1
+    other = right.with_columns(pl.col("^gyro_.$").reverse())
+    made = label(other, labels)
+    assert made.notes[1].startswith(f"motion_mismatch {other.height}: the times are within the walk ")
+    assert "but the turn rates do not match (correlation " in made.notes[1]
+    assert set(made.table["status"]) == {"ok"}
+
+
 @pytest.mark.parametrize(
     ("columns", "options", "message"),
     [
@@ -175,6 +186,10 @@ def test_a_clock_is_taken_from_the_recorder(tmp_path: Path, labels: Path, wifi: 
     (folder / "session.json").write_text(json.dumps({"start": start}))
     made = label(pl.DataFrame({"epoch": unix(wifi, "ms")}), labels, survey=tmp_path)
     same(made.table, wifi)
+    later = [each + 100 * 86_400_000 for each in unix(wifi, "ms")]  # type: ignore[operator]
+    said = label(pl.DataFrame({"epoch": later}), labels, survey=tmp_path).notes[-1]
+    assert said.startswith("no row is within a walk: the table was recorded on 20")
+    assert said.endswith("(UTC): not the same walk; choose the recording of that day")
 
 
 @pytest.mark.parametrize("wall_ms", [10**30, 1e300, float("nan"), -(10**18)])
@@ -210,6 +225,7 @@ def test_times_beyond_all_clocks_are_no_times(labels: Path, wifi: pl.DataFrame) 
         ("time,co2\n1700000000,2\n", (), "their offset is unknown. Use --survey"),
         ("time,co2\n5,2\n", (), "its times are outside every walk in any unit"),
         ("time,status\n5,2\n", (), "the table already has a column status; rename it"),
+        ("time,co2\n5,0,412,5\n", (), "line 2 has 4 fields, the first line 2: perhaps decimal commas"),
         ("time,co2\n5,2\n", ("--clock", "GPS"), "--clock GPS: expected one of boot, unix"),
         ("time,co2\n5,2\n", ("--offset-s", "nan"), "--offset-s nan: the offset is too large"),
         ("time,co2\n5,2\n", ("--offset-s", "1e308"), "--offset-s 1e+308: the offset is too large"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
-from vislam2tag.intake.cells import separator_of, with_numbers
+from vislam2tag.intake.cells import separator_of, surplus_fields, with_numbers
 
 
 def read(*cells: str | None) -> tuple[list[float | None], list[tuple[str, int, tuple[int, ...]]]]:
@@ -58,3 +58,19 @@ def test_columns_of_numbers_stay() -> None:
 @pytest.mark.parametrize("separator", [";", "\t", "|", ","])
 def test_the_separator_is_the_most_frequent_mark(separator: str) -> None:
     assert separator_of(separator.join(("time", "x", "y"))) == separator
+
+
+@pytest.mark.parametrize(
+    ("lines", "separator", "said"),
+    [
+        ("1,1,5,-0,25\n2,2,5,-0,5", ",", "line 4 has 5 fields, the first line 3: perhaps decimal commas"),
+        ("1,2,3\n2,3,Cafe, Bar", ",", "line 5 has 4 fields, the first line 3: quote texts that contain ','"),
+        ('1,"2,0",3\n2,4', ",", None),
+        ("1;2;3;4", ";", "line 4 has 4 fields, the first line 3: quote texts that contain ';'"),
+    ],
+)
+def test_a_line_with_more_fields_than_the_header_is_named_with_its_cause(
+    lines: str, separator: str, said: str | None
+) -> None:
+    found = surplus_fields(f"t{separator}x{separator}y\n{lines}\n", separator, 2)
+    assert found is None if said is None else found is not None and found.startswith(said)

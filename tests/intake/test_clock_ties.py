@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from vislam2tag.intake.clock_ties import tie_fault
+from vislam2tag.intake.clock_ties import motion_mismatch, tie_fault
 
 
 @pytest.mark.parametrize(
@@ -21,3 +21,10 @@ from vislam2tag.intake.clock_ties import tie_fault
 def test_a_tie_needs_precision_and_a_counterpart(sigma_s: float, matched: float, said: str | None) -> None:
     fault = tie_fault(sigma_s, matched)
     assert fault is None if said is None else fault is not None and said in fault
+
+
+def test_motion_that_contradicts_a_common_clock_is_reported() -> None:
+    assert motion_mismatch(0.3, "turn rates", "floor_0-LG", 9) == []
+    (finding,) = motion_mismatch(0.05, "turn rates", "floor_0-LG", 9)
+    assert (finding.kind, finding.count) == ("motion_mismatch", 9)
+    assert "the turn rates do not match (correlation 0.05): the table is perhaps of another walk" in finding.message

@@ -84,6 +84,12 @@ def test_fingerprints_of_a_national_grid_are_clean() -> None:
     assert (fingerprint_problem(campus), fingerprint_findings(campus)) == ("", [])
 
 
+def test_a_building_in_centimetres_is_reported() -> None:
+    (found,) = fingerprint_findings(rows(HALL[:4] * 100))
+    assert "the positions of a building span 5,200 m" in found.message
+    assert fingerprint_problem(rows(HALL[:4] * 100)) == ""
+
+
 def test_single_positions_far_away_and_equal_positions_are_reported() -> None:
     many = np.concatenate([np.tile(HALL[:4], (5, 1)), [(9e5, 0.0)]])
     assert fingerprint_problem(rows(many)) == ""

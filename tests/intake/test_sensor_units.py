@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import polars as pl
 import pytest
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.intake.sensor_units import SENSOR_UNITS, in_sensor_unit, stated_unit
+from vislam2tag.intake.sensor_units import SENSOR_UNITS, in_sensor_unit, stated_unit, with_axes_in_place
 
 RNG = np.random.default_rng(3)
 GRAVITY = np.array((1.0, 3.0, 9.28))
@@ -58,3 +59,32 @@ def test_values_that_are_not_usual_in_a_unit_are_not_used(sensor: str, values: F
 def test_a_unit_of_another_sensor_or_unknown_text_is_not_a_stated_unit() -> None:
     assert stated_unit("ACC", [None, "left", "deg/s"]) is None
     assert stated_unit("GYRO", ["left", "deg / s"]) == "deg/s"
+
+
+GYRO, ACC = ["gyro_x", "gyro_y", "gyro_z"], ["acc_x", "acc_y", "acc_z"]
+
+
+@pytest.mark.parametrize("factor", [1.0, 1 / 9.80665])
+def test_columns_of_gyroscope_and_accelerometer_that_are_exchanged_are_read_the_other_way_round(factor: float) -> None:
+    right = pl.DataFrame(np.hstack((WALKS["GYRO"], WALKS["ACC"] * factor)), [*GYRO, *ACC])
+    wrong = right.rename(dict(zip([*GYRO, *ACC], [*ACC, *GYRO], strict=True)))
+    made, (finding,) = with_axes_in_place(wrong, GYRO, ACC, "band.csv")
+    assert made.select(right.columns).equals(right)
+    assert (finding.kind, finding.count) == ("exchanged_columns", 2000)
+
+
+@pytest.mark.parametrize(
+    ("rates", "accelerations"),
+    [
+        (WALKS["GYRO"], WALKS["ACC"]),
+        (np.degrees(WALKS["GYRO"]), WALKS["ACC"]),
+        (WALKS["GYRO"], WALKS["ACC"] - GRAVITY),
+        (WALKS["GYRO"] * 0.001, WALKS["ACC"]),  # at rest
+        (WALKS["ACC"], WALKS["ACC"]),
+        (WALKS["ACC"][:80], WALKS["GYRO"][:80]),
+    ],
+)
+def test_columns_of_motion_that_may_be_right_stay(rates: FloatArray, accelerations: FloatArray) -> None:
+    rows = pl.DataFrame(np.hstack((rates, accelerations)), [*GYRO, *ACC])
+    assert with_axes_in_place(rows, GYRO, ACC, "band.csv")[1] == []
+    assert with_axes_in_place(rows, GYRO, [], "band.csv")[1] == []

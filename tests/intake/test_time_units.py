@@ -13,9 +13,11 @@ from vislam2tag.intake.time_units import (
     SCANS,
     clock_change,
     ns_of_seconds,
+    other_day,
     recognised_ns,
     rounded_step,
     shared_times,
+    unix_span,
 )
 
 START_NS = 52_000 * 10**9
@@ -148,3 +150,17 @@ def test_times_beyond_64_bits_and_rounded_ones_do_not_fail() -> None:
     assert read.tolist() == [10**9, 2**62, 0, -(2**62)]
     _, (finding,) = ns_of_seconds(np.full(60, 1.7e9), FRAMES, "poses.tum")
     assert finding.kind == "rounded_times"
+
+
+@pytest.mark.parametrize(("days", "named"), [(0.9, False), (163, True), (-163, True)])
+def test_recordings_of_two_days_are_named_with_their_dates(days: float, named: bool) -> None:
+    walk_ns, start_ns = times_ns(1.0, 60), 1_639_991_640 * 10**9  # 2021-12-20 09:14
+    ours = unix_span(walk_ns, start_ns - START_NS)
+    theirs = unix_span(start_ns + round(days * 86_400) * 10**9 + walk_ns - START_NS, None)
+    said = other_day("band.csv", theirs, "the walk", ours)
+    assert (said is not None) == named
+    if days > 1:
+        dates = "band.csv was recorded on 2022-06-01 09:14 to 09:14 (UTC), the walk on 2021-12-20 09:14 to 09:14 (UTC)"
+        assert said == f"{dates}: not the same walk; choose the recording of that day"
+    assert other_day("band.csv", unix_span(walk_ns, None), "the walk", ours) is None
+    assert unix_span(walk_ns[:0], 0) is None

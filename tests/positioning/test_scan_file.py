@@ -91,6 +91,14 @@ def test_exchanged_columns_are_refused(tmp_path: Path, name: str) -> None:
     assert read(written(tmp_path / "right.csv", right))[1] == {}
 
 
+def test_network_names_for_a_model_of_addresses_are_refused(tmp_path: Path) -> None:
+    path = written(tmp_path / "scans.csv", HEAD + "a,eduroam,-50\nb,guest net,-60\n")
+    known = [f"02:ca:07:12:27:{number:02x}" for number in range(14)]
+    with pytest.raises(DatasetError, match="such as 'eduroam', not addresses such as 02:ca:07:12:27:00: use"):
+        list(scan_blocks(path, BadLines(path.name), str, known))
+    assert list(scan_blocks(path, BadLines(path.name), str, ["eduroam", "guest net"]))
+
+
 def test_bad_lines_of_json_are_counted(tmp_path: Path) -> None:
     lines = [
         '{"scan_id": 7, "bssid": "x", "rssi_dbm": -50}',

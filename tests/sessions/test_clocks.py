@@ -9,9 +9,10 @@ import numpy as np
 import polars as pl
 import pytest
 
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.estimation.settings import MappingSettings, SmootherSettings
 from vislam2tag.estimation.strategy import strategy_named
-from vislam2tag.sessions.clocks import late_scans, pose_lag_of
+from vislam2tag.sessions.clocks import agreement_by_motion, late_scans, pose_lag_of
 from vislam2tag.sessions.corrected import corrected_session
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import open_survey, read_session
@@ -132,3 +133,24 @@ def test_fixes_of_a_session_without_poses_are_brought_to_ns(
     assert found is not None
     assert abs(found.time_ns - true.time_ns).max() < ns_per_unit
     assert {finding.file for finding in session.findings if finding.kind == "time_unit"} >= {"fixes.csv", sensors.name}
+
+
+def test_motion_is_compared_at_its_own_times_if_there_is_enough_of_it() -> None:
+    rng = np.random.default_rng(2)
+    our_ns = np.arange(0, 60, 0.02) * 1e9
+    ours = np.convolve(np.abs(rng.normal(0, 3, len(our_ns))), np.ones(15) / 15, "same")
+
+    def agreement(rows: slice, values: FloatArray = ours, late_ns: int = 0, spread: float = 0.1) -> float | None:
+        their_ns = our_ns.astype(np.int64)[rows] + late_ns
+        return agreement_by_motion(their_ns, values[rows], our_ns.astype(np.int64), ours, spread)
+
+    assert agreement(slice(None), 57.3 * ours, 150_000_000) == pytest.approx(1.0, abs=0.02)
+    assert agreement(slice(1000, 2000, 5)) == pytest.approx(1.0, abs=0.02)
+    other = agreement(slice(None), ours[::-1])
+    assert other is not None
+    assert other < 0.3
+    assert agreement(slice(1000, 1500), ours[::-1]) is None, "10 s"
+    assert agreement(slice(None, None, 50), ours[::-1]) is None, "a row a second"
+    assert agreement(slice(None), 0 * ours) is None, "no gyroscope"
+    assert agreement(slice(None), ours[::-1], spread=9.0) is None, "standing still"
+    assert agreement(slice(0, 0)) is None

@@ -56,6 +56,14 @@ def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows
     assert uses == (f"{inside.sum()} frames from 0.5 s to 1 s are excluded (fell).",)
 
 
+def test_a_span_outside_its_session_is_reported(session: Session) -> None:
+    spans: list[dict[str, object]] = [{"session": session.key.session, "from_s": 281836.9}, {"from_s": 281836.9}]
+    corrected, uses = corrected_session(session, corrected_by(exclude_span=spans))
+    (finding,) = (each for each in corrected.findings if each.kind == "unused_correction")
+    assert "[[exclude_span]] from 281837 s has no effect" in finding.message
+    assert uses == (), "and one for all sessions may be outside of some"
+
+
 def test_a_landmark_seen_only_in_an_excluded_span_is_not_listed(session: Session) -> None:
     corrected, _ = corrected_session(session, corrected_by(exclude_span=[{"from_s": 0.9}]))
     assert corrected.landmarks.ids == ("10",)

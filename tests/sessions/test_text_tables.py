@@ -6,6 +6,7 @@ import polars as pl
 import pytest
 
 from tests.sessions.raw import count_lines
+from vislam2tag.sessions.readings import WIFI_LINES
 from vislam2tag.sessions.text_tables import FieldTable, NamedTable, RawTable
 
 SCHEMA = {"time_ns": pl.Int64, "name": pl.String, "value": pl.Float64}
@@ -143,3 +144,26 @@ def test_times_that_a_spreadsheet_rounded_are_named() -> None:
         found = {each.kind: each for each in read(b"time,x\n1.70136E+18,2\n1.70136E+18,3\n", "f.csv").findings}
         assert "such as 1.70136E+18" in found["rounded_times"].message
         assert "malformed_lines" not in found
+
+
+@pytest.mark.parametrize(("separator", "words"), [(", ", "commas"), (",", "commas"), ("\t", "tabs")])
+def test_another_separator_is_named_with_a_line_of_the_right_form(separator: str, words: str) -> None:
+    lines = [("5", "281", "WLAN", "Cafe; Bar", "02:ca:07:12:27:d2", "-60")] * 3
+    (found,) = WIFI_LINES.read("".join(separator.join(line) + "\n" for line in lines).encode(), "wifi.csv").findings
+    right = f";{separator[1:]}".join(lines[0])
+    assert (found.kind, found.count) == ("malformed_lines", 3)
+    assert f"fields are separated by {words}, not by semicolons as in '{right}'" in found.message
+    (found,) = parse(separator.join(("5", "ACC", "1.5")) + "\nno table\n").findings
+    assert f"fields are separated by {words}" not in found.message
+
+
+@pytest.mark.parametrize(("separator", "words"), [(";", "semicolons"), ("\t", "tabs")])
+def test_a_named_table_that_a_spreadsheet_saved_is_recognised_by_its_separator(separator: str, words: str) -> None:
+    table = NamedTable({"time_ns": pl.Int64, "x": pl.Float64})
+    (found,) = table.read(
+        f"time_ns{separator}more{separator}x\r\n2,81838E+14{separator}{separator}2,5\r\n".encode(), "f"
+    ).findings
+    assert (found.kind, found.count) == ("malformed_header", 1)
+    assert found.message.startswith(f"fields are separated by {words}, so a spreadsheet saved this file")
+    (found,) = table.read(f"time_ns{separator}more\r\n1{separator}2\r\n".encode(), "f").findings
+    assert found.message.startswith("the header must name time_ns, x")

@@ -347,3 +347,16 @@ def test_walks_in_a_folder_that_is_no_floor(root: Path) -> None:
     assert kinds_of(root) == []
     (root / "Annex" / "LG" / "walk" / "poses.csv").write_text(POSE)
     assert kinds_of(root) == ["unrecognised_folder"]
+
+
+def test_exchanged_axes_are_named_and_a_correction_is_checked_too(root: Path) -> None:
+    places = [(0, 2), (38, 2), (39, 19), (30, 18)]
+    rows = "\n".join(f"{i},{y},{x}" for i, (x, y) in enumerate(places))
+    (root / "floor_1" / "marker_dict.csv").write_text(f"id,x,y\n{rows}\n")
+    (finding,) = (each for each in open_survey(root).findings if each.kind == "landmarks_off_plan")
+    assert "all would be on it with x and y exchanged" in finding.message
+    corrections = root / "corrections.toml"
+    corrections.write_text("[[turn_landmarks]]\nfloor = 1\nmirrored = true\nturn_deg = -90.0\n")
+    assert kinds_of(root) == []
+    corrections.write_text("[[turn_landmarks]]\nfloor = 1\nmirrored = true\nshift_m = [40.0, 0.0]\n")
+    assert kinds_of(root) == ["landmarks_off_plan"]

@@ -129,7 +129,7 @@ def _after_process(summary: api.Summary, *, together: bool | None) -> str:
     found = {
         "process, ask": "one_place_helps" in summary.site_findings,
         "process, unsure": not together and joining_helps(summary) and not summary.faults and not summary.failed,
-        "process, failed": summary.problem is not None,
+        "process, failed": summary.problem is not None or bool(_lost_readings(summary)),
         "process, faults": bool(summary.faults),
     }
     return next((name for name, so in found.items() if so), "process")
@@ -200,6 +200,8 @@ def _print_summary(summary: api.Summary, out: Path) -> None:
     for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
         if counts:
             say(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
+    for sentence in _lost_readings(summary):
+        say(sentence)
     if accuracy := accuracy_sentence(summary):
         say(accuracy)
     for found in summary.contradictions:
@@ -208,6 +210,20 @@ def _print_summary(summary: api.Summary, out: Path) -> None:
             f"{found.greatest_m:.2f} m: measure it again"
         )
     say(f"report: {shown(out / 'report.html')}")
+
+
+_LOST = ("masked_addresses", "lost_sign", "levels_not_dbm")
+"""After these findings readings have no address or no level."""
+
+
+def _lost_readings(summary: api.Summary) -> list[str]:
+    """Why most radio readings cannot be used, sentences; empty if they can."""
+    from vislam2tag.common.findings import described
+
+    rows = sum(sum(summary.readings.get(table, {}).values()) for table in ("wifi", "ble"))
+    counts = {kind: summary.findings.get(kind, 0) for kind in _LOST}
+    lost = {kind: count for kind, count in counts.items() if 2 * count > rows}
+    return [f"warning: {kind} {count}: {' '.join(described(kind))}" for kind, count in lost.items()]
 
 
 def share_text(counts: dict[str, int]) -> str:
@@ -282,6 +298,8 @@ def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
 
     labelled = share_text(made.labels.frames)
     say(f"{counted_sessions(made.labels)}; frames labelled: {labelled}")
+    for sentence in _lost_readings(made.labels):
+        say(sentence)
     for floor in made.check.floors:
         say(f"floor {floor.number}: expected mean error {floor.expected_m:.2f} m")
     for bad in made.check.bad_landmarks:
@@ -299,7 +317,7 @@ def _after_run(made: api.SurveyRun) -> str:
     """Name of the next step."""
     if made.faults:
         return "run, faults" if made.correctable else "run, by hand"
-    return "run" if made.labels.problem is None else "process, failed"
+    return "process, failed" if made.labels.problem is not None or _lost_readings(made.labels) else "run"
 
 
 @command

@@ -16,6 +16,16 @@ from vislam2tag.common.records import Record
 FindingKind: TypeAlias = str
 """A kind of ``finding_kinds.toml``; files of other versions may contain kinds that this one does not know."""
 
+
+def described(kind: FindingKind) -> tuple[str, str]:
+    """What a kind of finding means, and what to do: sentences of ``finding_kinds.toml``."""
+    import tomllib  # few commands need these
+    from importlib.resources import files
+
+    entry, *_ = tomllib.loads((files("vislam2tag.common") / "finding_kinds.toml").read_text(encoding="utf-8"))[kind]
+    return entry["meaning"], entry["cure"]
+
+
 ROWS_NAMED = 5
 """How many line numbers a finding names; the rest is only counted."""
 

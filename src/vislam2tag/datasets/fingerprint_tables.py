@@ -28,8 +28,8 @@ from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Group
 from vislam2tag.datasets.point_fingerprints import PointFingerprints, floor_infos, point_dataset
 from vislam2tag.datasets.wide_tables import LevelRules, WideTable, is_wide, read_columns, read_matrix, read_wide
 from vislam2tag.intake.extents import fingerprint_findings, fingerprint_problem, is_far
-from vislam2tag.intake.level_scales import NOT_HEARD
-from vislam2tag.intake.readings import NO_ADDRESS, SIGNAL_STRENGTH, LevelRange, is_address, is_masked, normal_addresses
+from vislam2tag.intake.level_scales import NOT_HEARD, SIGNAL_STRENGTH, LevelRange
+from vislam2tag.intake.readings import NO_ADDRESS, is_address, is_masked, normal_addresses
 
 LEVELS = "rss"
 """Role of the file of levels, the only one if file names have no group ``role``."""

@@ -30,7 +30,8 @@ from vislam2tag.datasets.model import FORMAT_VERSION, Dataset, DatasetInfo, Spli
 from vislam2tag.datasets.privacy import counted_without
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, READINGS, REQUIRED, RTT, SCHEMAS, UNITS
 from vislam2tag.intake.extents import MAX_GRID_M
-from vislam2tag.intake.readings import MASKED, LevelRange, level_findings, masked_addresses, normal_address, strength_of
+from vislam2tag.intake.level_scales import LevelRange, strength_of
+from vislam2tag.intake.readings import MASKED, level_findings, masked_addresses, normal_address
 from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.site.links import CURE, outside_link
 

@@ -13,9 +13,10 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.files.table_files import scan_csv
 from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
-from vislam2tag.intake import readings
+from vislam2tag.intake import fillers
 from vislam2tag.intake.cells import separator_of, with_numbers
-from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale, other_levels
+from vislam2tag.intake.level_scales import NOT_HEARD, SIGNAL_STRENGTH, LevelRange, LevelScale, other_levels
+from vislam2tag.intake.readings import level_findings
 from vislam2tag.intake.time_units import ROUNDED, rounded_step
 
 _ROWS_AT_ONCE = 2000
@@ -28,7 +29,7 @@ class LevelRules:
 
     not_heard: float = NOT_HEARD
     """The level that means "not heard" in the format."""
-    strength: readings.LevelRange = readings.SIGNAL_STRENGTH
+    strength: LevelRange = SIGNAL_STRENGTH
     said: float | None = None
     """The number that means "not heard" according to the user; no other is looked for then."""
     scale: LevelScale | None = None
@@ -185,31 +186,31 @@ def _measured(
     """
     if rules.scale is not None:
         heard = heard.with_columns(rules.scale.dbm(pl.col("rssi_dbm").cast(pl.Float64)).cast(pl.Float32))
-    filler = readings.filler_of(heard, *counts, rules.strength)
+    filler = fillers.filler_of(heard, *counts, rules.strength)
     measured, findings = _without_filler(path, heard, filler, rules)
     if (other := other_levels(measured["rssi_dbm"])) is not None:
         raise DatasetError(f"{path}: {'' if rules.scale is None else 'with --levels, '}{other.question}")
     lines = measured.select("rssi_dbm", row=pl.col("row") + first_line)
-    absurd = readings.level_findings(lines, path.name, "these cells count as not heard", rules.strength)
+    absurd = level_findings(lines, path.name, "these cells count as not heard", rules.strength)
     findings += [each.model_copy(update={"lines": tuple(dict.fromkeys(each.lines))}) for each in absurd]
     if rules.said is None and not findings and measured.height and not counts[1]:
-        findings.append(readings.all_heard(path.name, measured["row"].n_unique()))
+        findings.append(fillers.all_heard(path.name, measured["row"].n_unique()))
     return measured.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
 
 
 def _without_filler(
-    path: Path, heard: pl.DataFrame, filler: readings.Filler, rules: LevelRules
+    path: Path, heard: pl.DataFrame, filler: fillers.Filler, rules: LevelRules
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """Drop the cells with the filler, which is reported by the file's own number."""
-    if rules.said is not None or filler.judgement is readings.Judgement.NONE:
+    if rules.said is not None or filler.judgement is fillers.Judgement.NONE:
         return heard, []
     cell = pl.col("rssi_dbm") == filler.level
     if rules.scale is not None:
         number = rules.scale.number
         filler = replace(filler, level=number(filler.level), nearest=number(filler.nearest))
-    if filler.judgement is readings.Judgement.ASK:
-        raise DatasetError(f"{path}: {readings.question(filler, rules.stated)}")
-    found = readings.filler_found(path.name, filler, heard.filter(cell).height, rules.stated)
+    if filler.judgement is fillers.Judgement.ASK:
+        raise DatasetError(f"{path}: {fillers.question(filler, rules.stated)}")
+    found = fillers.filler_found(path.name, filler, heard.filter(cell).height, rules.stated)
     return heard.filter(~cell), [found]
 
 

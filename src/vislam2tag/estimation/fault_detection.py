@@ -66,7 +66,8 @@ def discrepancy(smoothed: SolvedWalk, trial: SolvedWalk, landmark: int) -> tuple
 def _contradiction(smoothed: SolvedWalk, landmark: int) -> Contradiction | None:
     offset, covariance = discrepancy(smoothed, predicted(smoothed, landmark), landmark)
     size_m = float(np.hypot(*offset))
-    sigmas = float(np.sqrt(offset @ np.linalg.solve(covariance, offset)))
+    # Places far away leave a covariance that is not positive.
+    sigmas = float(np.sqrt(max(float(offset @ np.linalg.solve(covariance, offset)), 0.0)))
     if sigmas < CERTAIN_SIGMAS or size_m < LEAST_M:
         return None
     return Contradiction(

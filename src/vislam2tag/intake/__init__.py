@@ -8,7 +8,7 @@ apply these rules and have no ranges of their own, except where the specificatio
 - ``cells``: numbers in text cells, decimal marks, separators, and cells that cannot be read.
 - ``time_units``: the unit of times, rounded times, and clocks that were changed by an hour.
 - ``sensor_units``: units of accelerations, turn rates, magnetic fields and pressures.
-- ``clock_ties``: which ties between the clocks of two recordings are refused.
+- ``clock_ties``: which ties between the clocks of two recordings are refused, and motion that contradicts one clock.
 - ``extents``: how far coordinates may be from their origin, and what floors, landmarks and fingerprints may span.
 - ``pose_conventions``: whether poses are those of a walking person, and if not, which other convention explains them;
   ``pose_evidence`` contains the measures for this.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import polars as pl
 
@@ -20,7 +21,7 @@ _PERHAPS_GROUPS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 _DECIMAL_COMMA = r"^[+-]?\d*,\d+(?:[eE][+-]?\d+)?$"
 
 
-_DIGITS, _POINT = re.compile(r"\d*"), re.compile(r"[+-]?\d*\.\d+")
+_DIGITS, _POINT = re.compile(r"[+-]?\d*(?:[eE][+-]?\d+)?"), re.compile(r"[+-]?\d*\.\d+")
 
 
 def has_decimal_commas(fields: Sequence[str], columns: int) -> bool:
@@ -29,9 +30,72 @@ def has_decimal_commas(fields: Sequence[str], columns: int) -> bool:
     return any(surplus) and all(map(_DIGITS.fullmatch, surplus)) and not any(map(_POINT.fullmatch, fields))
 
 
+def surplus_fields(text: str, separator: str, above: int) -> str | None:
+    """Say which line of a table has more fields than its header, and why; None if none has.
+
+    ``above``: number of the file's lines above the table's text.
+    """
+    rows = csv.reader(text.split("\n"), delimiter=separator)
+    try:
+        columns = len(next(rows, []))
+        fields = next((row for row in rows if len(row) > columns), None)
+    except csv.Error:  # a field longer than any text
+        return None
+    if fields is None:
+        return None
+    cause = f"quote texts that contain '{separator}'"
+    if separator == "," and has_decimal_commas(fields, columns):
+        cause = "perhaps decimal commas in a comma-separated file; save it with semicolons or with decimal points"
+    return f"line {rows.line_num + above} has {len(fields)} fields, the first line {columns}: {cause}"
+
+
 def separator_of(header: str) -> str:
     """The mark that separates the fields of a table, by its first line: a semicolon, tab, bar or comma."""
     return max((",", ";", "\t", "|"), key=header.count)
+
+
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+_LOOKED_AT = 20
+"""Lines in which another separator is looked for."""
+
+
+def saved_by_spreadsheet(header: bytes, columns: Iterable[str]) -> str | None:
+    """Say that a table of commas has another separator, with which its header names all columns; None if not."""
+    text = header.decode(errors="replace")
+    for mark in (";", "\t"):
+        if mark in text and set(columns) <= {name.strip(' "\r') for name in text.split(mark)}:
+            return (
+                f"fields are separated by {_SEPARATORS[mark]}, so a spreadsheet saved this file, and its times may be "
+                "rounded; the file is not used: use the original file"
+            )
+    return None
+
+
+def with_separator(
+    findings: Iterable[Finding], lines: Sequence[bytes], rows_of: Callable[[bytes], Sequence[int]]
+) -> tuple[Finding, ...]:
+    """Name the separator of malformed lines in their finding if most are rows with semicolons instead of it.
+
+    ``rows_of`` gives the line numbers of rows in a table of semicolons.
+    """
+    message = _other_separator(lines[:_LOOKED_AT], rows_of)
+    return tuple(
+        each.model_copy(update={"message": message}) if message and each.kind == "malformed_lines" else each
+        for each in findings
+    )
+
+
+def _other_separator(lines: Sequence[bytes], rows_of: Callable[[bytes], Sequence[int]]) -> str | None:
+    for mark in (",", "\t"):
+        changed = [line.replace(mark.encode(), b";") for line in lines]
+        rows = rows_of(b"\n".join(changed) + b"\n") if changed != lines else ()
+        if 2 * len(rows) > len(changed):
+            example = changed[rows[0] - 1].decode(errors="replace").strip()
+            return (
+                f"fields are separated by {_SEPARATORS[mark]}, not by semicolons as in '{example}'; these lines are "
+                "skipped: use the original file"
+            )
+    return None
 
 
 def with_numbers(rows: pl.DataFrame, columns: Sequence[str], file: str) -> tuple[pl.DataFrame, list[Finding]]:

@@ -131,9 +131,7 @@ def fingerprint_problem(rows: pl.DataFrame) -> str:
     ``rows``: ``building``, ``x``, ``y`` of fingerprints. One position for all is no such fault.
     """
     known = rows.drop_nulls(["x", "y"])
-    box = pl.max_horizontal(_span("x"), _span("y")).alias("span")
-    spans = known.group_by("building").agg(box)["span"].to_list()
-    widest = float(max(spans, default=0.0) or known.select(box).item() or 0.0)
+    widest = float(max(_spans_m(known), default=0.0) or known.select(_SPAN).item() or 0.0)
     if 0 < widest < POSITIONS.least_m:
         x, y = known.select("x", "y").to_numpy().mean(axis=0).tolist()
         return (
@@ -166,11 +164,19 @@ def fingerprint_findings(rows: pl.DataFrame) -> list[Finding]:
             "out: correct them"
         )
         found.append(Finding(kind="implausible_extent", file="", count=far, message=message))
+    widest = float(max(_spans_m(known.filter(~is_far())), default=0.0))
+    if widest > POSITIONS.usual_m:
+        message = f"the positions of a building span {widest:,.0f} m, but {POSITIONS.cause(widest)}. Check their unit"
+        found.append(Finding(kind="implausible_extent", file="", count=known.height, message=message))
     if known.height >= MIN_POINTS and known.select(pl.struct("x", "y").n_unique()).item() == 1:
         message = "all fingerprints have the same position: check the columns of the coordinates"
         found.append(Finding(kind="implausible_extent", file="", count=known.height, message=message))
     return found
 
 
-def _span(axis: str) -> pl.Expr:
-    return pl.col(axis).max() - pl.col(axis).min()
+_SPAN = pl.max_horizontal(pl.col("x").max() - pl.col("x").min(), pl.col("y").max() - pl.col("y").min()).alias("span")
+
+
+def _spans_m(rows: pl.DataFrame) -> list[float]:
+    """The longer side of the box around the positions of each building, metres."""
+    return rows.group_by("building").agg(_SPAN)["span"].to_list()

@@ -1,4 +1,4 @@
-"""Levels in another form than dBm: how they are recognised in a whole file, and how they become dBm.
+"""Input rules for levels: their range in dBm, and other forms. How they are recognised and become dBm.
 
 Measured levels are mostly weak: in no walk of public data sets are more than 5 % stronger than -40 dBm. So small
 numbers are rare if a sign is missing, and frequent if numbers grow with the signal: percent, or dB above a weakest one.
@@ -6,12 +6,13 @@ numbers are rare if a sign is missing, and frequent if numbers grow with the sig
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
+from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind, at_lines_if
 
 NOT_HEARD = 100.0
 """What published tables write for "not heard"."""
@@ -120,3 +121,46 @@ def other_levels(levels: pl.Series, of: int | None = None) -> OtherLevels | None
     if len(positive) <= most:
         return None
     return WITHOUT_SIGN if np.quantile(positive, _FEW) >= _LEAST_UNSIGNED else GROWING
+
+
+CURE = "Remove such levels from the file, or write them in dBm."
+_LEVELS = "signal strengths"
+_CAUSE = "0, 127 and -127 often mean 'no value' and 100 'not heard', or the file uses another unit"
+
+
+@dataclass(frozen=True)
+class LevelRange:
+    """The range, dBm, in which a signal strength can be true; both bounds are included."""
+
+    least: float
+    greatest: float
+
+    def contains(self, values: pl.Expr) -> pl.Expr:
+        """Whether values are finite and in the range; null stays null."""
+        return values.is_finite() & values.is_between(self.least, self.greatest)
+
+    def outside(self, file: str, lines: list[int], done: str) -> list[Finding]:
+        """Report the 1-based lines whose values are outside the range; ``done`` says what happens to them."""
+        possible = f"from {self.least:g} to {self.greatest:g} dBm"
+        message = f"{_LEVELS} must be {possible}; {done}. Possible cause: {_CAUSE}. {CURE}"
+        return at_lines_if("absurd_levels", file, lines, message)
+
+
+SIGNAL_STRENGTH = LevelRange(-GREATEST, -1.0)
+"""Receivers report whole dBm. "No value" is -127 in Android (``WifiInfo``), 127 in Bluetooth (Core, HCI), and 0 in
+drivers that measured nothing. The upper bound: a transmitter of 20 dBm at a hand's breadth arrives with less than -1
+dBm, and receivers saturate before. The lower bound: -126 dBm is below the thermal noise of 1 MHz (-114 dBm).
+"""
+_WITH_ZERO = replace(SIGNAL_STRENGTH, greatest=0.0)
+_MEASURE_ZERO = frozenset({"uji"})
+"""Formats whose specification has 0 dBm as a measured level; datasets/formats/uji.py names it."""
+
+
+def strength_of(formats: Iterable[str]) -> LevelRange:
+    """Return the range of levels in data of these formats, by the formats' own specifications."""
+    return SIGNAL_STRENGTH if _MEASURE_ZERO.isdisjoint(formats) else _WITH_ZERO
+
+
+def in_range(level_dbm: float, strength: LevelRange = SIGNAL_STRENGTH) -> bool:
+    """Whether a level is in the range."""
+    return strength.least <= level_dbm <= strength.greatest

@@ -6,10 +6,11 @@ Every unit is checked. A person carries the device, so gravity is 1 g, and the u
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray
@@ -153,15 +154,50 @@ def sensor_factor(values: FloatArray, sensor: str, stated: str | None, file: str
     return unit.factor, [Finding(kind="sensor_unit", file=file, count=len(values), message=message)]
 
 
+_CONSTANT, _NEARLY_ALL = 0.2, 0.8
+"""Mean vectors of gravity nearly all have their median length, up to this share of it; those of turn rates do not."""
+
+
+def with_axes_in_place(
+    rows: pl.DataFrame, rates: Sequence[str], accelerations: Sequence[str], file: str
+) -> tuple[pl.DataFrame, list[Finding]]:
+    """Exchange the columns of turn rates and accelerations if their contents are exchanged, and report that.
+
+    Only turn rates that have the constant length of gravity, and accelerations that do not, show it.
+    """
+    values = [rows.select(axes).drop_nulls().to_numpy() for axes in (rates, accelerations)]
+    if min(map(len, values)) < 2 * _WINDOW or not _is_gravity(values[0]) or _is_gravity(values[1]):
+        return rows, []
+    message = (
+        f"column {rates[0]} and its other axes have the constant length of gravity, and {accelerations[0]} does not: "
+        "the columns of gyroscope and accelerometer are exchanged; they are read the other way round. Correct the file"
+    )
+    taken = dict(zip((*rates, *accelerations), (*accelerations, *rates), strict=True))
+    finding = Finding(kind="exchanged_columns", file=file, count=rows.height, message=message)
+    return rows.with_columns(rows[old].alias(new) for new, old in taken.items()), [finding]
+
+
+def _is_gravity(values: FloatArray) -> bool:
+    size = _sizes(values, steady=True)
+    usual = float(np.median(size)) if len(size) else np.nan
+    steady = np.count_nonzero(np.abs(size - usual) <= _CONSTANT * usual) >= _NEARLY_ALL * len(size)
+    return bool(steady) and any(unit.fits(usual, None) for unit in SENSOR_UNITS["ACC"].units.values())
+
+
 def _usual(values: FloatArray, rule: SensorRule) -> float:
+    size = _sizes(values, steady=rule.steady)
+    return float(np.quantile(size, rule.quantile)) if len(size) else np.nan
+
+
+def _sizes(values: FloatArray, *, steady: bool) -> FloatArray:
+    """Lengths of values (k, a), or of the mean vectors of short stretches; those that are not finite are left out."""
     sound = values[np.isfinite(values).all(axis=1)]
-    if rule.steady and len(sound) >= 2 * _WINDOW:
+    if steady and len(sound) >= 2 * _WINDOW:
         whole = sound[: len(sound) // _WINDOW * _WINDOW]
         sound = whole.reshape(-1, _WINDOW, values.shape[1]).mean(axis=1)
     with np.errstate(over="ignore"):
         size = np.linalg.norm(sound, axis=1)
-    size = size[np.isfinite(size)]
-    return float(np.quantile(size, rule.quantile)) if len(size) else np.nan
+    return np.asarray(size[np.isfinite(size)])
 
 
 def _unknown(rule: SensorRule, usual: float, stated: str | None, count: int, file: str) -> Finding:

@@ -6,9 +6,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 from itertools import islice
+from typing import TypeAlias
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
@@ -52,6 +55,17 @@ def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
     return max(steps, default=(0.0, ""))
 
 
+_FIELDS = re.compile(r"[;,\s]+")
+_LARGE_STEP = 1000.0
+"""A spreadsheet rounds numbers of more than 11 digits to 6: to a larger step."""
+
+
+def rounded_number(line: bytes) -> str:
+    """The number of a table's line that is rounded the most, if as by a spreadsheet; else empty."""
+    step, cell = rounded_step(_FIELDS.split(line.decode(errors="replace")))
+    return cell if step > _LARGE_STEP else ""
+
+
 def have_fractions(cells: Sequence[str]) -> bool:
     """Whether times have a fraction, like seconds; those of the formats of sessions are whole numbers."""
     return bool(cells) and all(map(_FRACTION.fullmatch, cells))
@@ -87,6 +101,40 @@ MIN_STEPS = 10
 """The duration is judged only with at least this many steps."""
 _UNIX_S = (1_262_304_000.0, 2_051_222_400.0)
 """Unix time from 2010 to 2035; a clock that starts with the phone never reaches such values in nanoseconds."""
+
+
+_DAY_NS = 24 * HOUR_NS
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+Span: TypeAlias = tuple[int, int]
+
+
+def unix_span(time_ns: IntArray, ahead_ns: int | None) -> Span | None:
+    """First and last of times (k,), ns, as Unix time; None if unknown.
+
+    ``ahead_ns`` is how far Unix time is ahead of their clock; times that are Unix time need none.
+    """
+    if not len(time_ns):
+        return None
+    first, last = int(time_ns.min()), int(time_ns.max())
+    if first >= _UNIX_S[0] * 1e9:
+        ahead_ns = 0
+    return None if ahead_ns is None else (first + ahead_ns, last + ahead_ns)
+
+
+def other_day(what: str, theirs: Span | None, walk: str, ours: Span | None) -> str | None:
+    """Say that a recording and a walk (:func:`unix_span`) are more than a day apart; None if not, or unknown."""
+    if theirs is None or ours is None or max(theirs[0] - ours[1], ours[0] - theirs[1]) <= _DAY_NS:
+        return None
+    return (
+        f"{what} was recorded on {_written(*theirs)}, {walk} on {_written(*ours)}: not the same walk; choose the "
+        "recording of that day"
+    )
+
+
+def _written(first_ns: int, last_ns: int) -> str:
+    first, last = (_EPOCH + timedelta(microseconds=ns // 1000) for ns in (first_ns, last_ns))
+    until = f"{last:%H:%M}" if last.date() == first.date() else f"{last:%Y-%m-%d %H:%M}"
+    return f"{first:%Y-%m-%d %H:%M} to {until} (UTC)"
 
 
 @dataclass(frozen=True)
@@ -190,6 +238,11 @@ def unix_unit(times: FloatArray | IntArray) -> str:
     """The unit (a key of :data:`NS_OF`) that makes most of the times (k,) dates from 2010 to 2035; else seconds."""
     middle = float(np.median(np.abs(times))) if len(times) else 0.0
     return next((unit for unit, ns in NS_OF.items() if _UNIX_S[0] <= middle * ns / 1e9 <= _UNIX_S[1]), "seconds")
+
+
+def are_dates(times_s: pl.Series) -> pl.Series:
+    """Whether times (k,) in seconds are dates from 2010 to 2035."""
+    return times_s.is_between(*_UNIX_S)
 
 
 def not_in_seconds(unit: str, file: str, count: int) -> Finding:

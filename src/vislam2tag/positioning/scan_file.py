@@ -28,20 +28,9 @@ from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
 from vislam2tag.core.arrays import FloatArray, IntArray
-from vislam2tag.intake.level_scales import OtherLevels, may_be_other, other_levels
-from vislam2tag.intake.readings import (
-    SIGNAL_STRENGTH,
-    Filler,
-    Judgement,
-    are_exchanged,
-    filler_found,
-    filler_of,
-    in_range,
-    is_masked,
-    level_of,
-    masked_addresses,
-    normal_address,
-)
+from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
+from vislam2tag.intake.level_scales import SIGNAL_STRENGTH, OtherLevels, in_range, may_be_other, other_levels
+from vislam2tag.intake.readings import address_fault, is_masked, level_of, masked_addresses, normal_address
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
@@ -183,16 +172,18 @@ class _Gathered:
         return ScanBlock(np.array(list(self.ids), dtype=np.str_), scans)
 
 
-def scan_blocks(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator[ScanBlock]:
+def scan_blocks(
+    path: Path, bad: BadLines, name: Callable[[str], str], known: Sequence[str] = ()
+) -> Iterator[ScanBlock]:
     """Read some thousand scans at a time, without splitting walks; ``name`` makes the model's name from a ``bssid``.
 
-    A scan without a usable line is included, without readings. Raises DatasetError if the file cannot be read, a column
-    is missing, or the readings of a scan are not together, or addresses and network names are exchanged.
+    ``known`` are the model's names. A scan without a usable line is included, without readings. Raises DatasetError if
+    the file cannot be read, a column is missing or is another one, or the readings of a scan are not together.
     """
     for number, gathered in enumerate(_gathered(path, bad, name)):
         if number == 0:
-            if are_exchanged(pl.Series("", gathered.bssids, pl.String), pl.Series("", gathered.ssids, pl.String)):
-                raise DatasetError(f"{path}, line 1: the columns bssid and ssid are exchanged; exchange their names")
+            if (fault := address_fault(gathered.bssids, gathered.ssids, known)) is not None:
+                raise DatasetError(f"{path}, line 1: {fault}")
             bad.filler = gathered.filler()
         if bad.filler is not None:
             gathered.leave_out(bad.filler.level, bad)
@@ -207,8 +198,7 @@ def _gathered(path: Path, bad: BadLines, name: Callable[[str], str]) -> Iterator
             if scan_id in gathered.ids:
                 raise DatasetError(
                     f"{path}, line {line}: scan {scan_id} appears again after another scan; the readings of a scan "
-                    "must be on "
-                    "successive lines: sort the file by scan_id"
+                    "must be on successive lines: sort the file by scan_id"
                 )
             session, time_ns = _walk(fields, line, bad)
             if gathered.full(session):

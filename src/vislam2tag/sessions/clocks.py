@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import polars as pl
@@ -12,11 +12,14 @@ import polars as pl
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.clocks import (
+    LAG_STEP_S,
+    MAX_LAG_S,
     ClockAlignment,
     Heard,
     align_by_levels,
     align_by_motion,
     align_by_taps,
+    correlation_of_rows,
     estimate_pose_lag,
 )
 from vislam2tag.core.tracks import CameraTrack
@@ -24,6 +27,7 @@ from vislam2tag.core.transforms import angular_speed
 from vislam2tag.intake.clock_ties import tie_fault
 from vislam2tag.intake.readings import MASKED, measured, normal_addresses
 from vislam2tag.intake.time_units import MAX_AFTER_S, READINGS, SCANS, Steps, recognised_ns
+from vislam2tag.sessions.foreign_tables import MOST_NS
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import readings_of
 
@@ -62,6 +66,15 @@ def late_scans(times_ns: IntArray, file: str, camera: CameraTrack, sensors: pl.D
         "times of this file are from another clock. Correct them in corrections.toml ([[shift_clock]])"
     )
     return [Finding(kind="clock_mismatch", file=file, count=late, message=message)]
+
+
+def unix_ahead_ns(start: Any) -> int | None:
+    """How far Unix time is ahead of the boot clock, by ``start`` of a phone's record; None if that is unknown."""
+    try:
+        ahead_ns = int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
+    except (ValueError, KeyError, TypeError, OverflowError):
+        return None
+    return ahead_ns if abs(ahead_ns) < MOST_NS else None
 
 
 FASTEST_RAD_PER_S = 100.0
@@ -198,3 +211,31 @@ def heard_in(wifi: pl.DataFrame | None) -> Heard:
     rows = kept.select("bssid", ns="time_ns", dbm=measured().cast(pl.Float64))
     parts = rows.drop_nulls().sort("ns").partition_by("bssid", as_dict=True)
     return {str(key[0]): (part["ns"].to_numpy(), part["dbm"].to_numpy()) for key, part in parts.items()}
+
+
+_LEAST_COMPARED_S, _LONGEST_STEP_S = 15.0, 0.25
+"""Motion is compared at its own times from this duration on, of rows that are this close."""
+_MOST_COMPARED = 5000
+_STILL = 1e-9
+
+
+def agreement_by_motion(
+    their_ns: IntArray, theirs: FloatArray, our_ns: IntArray, ours: FloatArray, least_spread: float
+) -> float | None:
+    """Correlate one norm of motion of two recordings on one clock: ``theirs`` (n,) and ``ours`` (m,), at any times, ns.
+
+    Times may differ by up to :data:`MAX_LAG_S`. Returns None if there is too little at the same time, or if our motion
+    has less than ``least_spread`` (standard deviation), as when standing still.
+    """
+    their_ns, first = np.unique(their_ns[np.isfinite(theirs)], return_index=True)
+    theirs = theirs[np.isfinite(theirs)][first]
+    our_ns, first = np.unique(our_ns[np.isfinite(ours)], return_index=True)
+    ours = ours[np.isfinite(ours)][first]
+    steps_s = np.diff(their_ns) * 1e-9
+    if steps_s[steps_s <= _LONGEST_STEP_S].sum() < _LEAST_COMPARED_S or not len(our_ns) or theirs.std() <= _STILL:
+        return None
+    every = len(theirs) // _MOST_COMPARED + 1
+    lags = np.arange(-MAX_LAG_S, MAX_LAG_S + LAG_STEP_S / 2, LAG_STEP_S)
+    at_s = (their_ns[::every] - our_ns[0]) * 1e-9 + lags[:, None]
+    own = np.interp(at_s, (our_ns - our_ns[0]) * 1e-9, ours)
+    return None if own.std() < least_spread else float(correlation_of_rows(own, theirs[::every]).max())

@@ -18,6 +18,7 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.intake.readings import KINDS, admitted
+from vislam2tag.intake.time_units import Span, unix_span
 from vislam2tag.sessions.companion_ties import (
     FOLDER,
     TableColumns,
@@ -53,6 +54,13 @@ class OtherRecording:
     rows: int
     findings: tuple[Finding, ...] = ()
     """About its cells, units, addresses and levels."""
+    unix_ahead_ns: int | None = None
+    """How far Unix time is ahead of its clock, if the app says so."""
+
+    @property
+    def unix_span(self) -> Span | None:
+        """First and last of its times as Unix time, ns; None if unknown."""
+        return unix_span(np.concatenate([table["time_ns"] for table in self.tables.values()]), self.unix_ahead_ns)
 
 
 def read_recording(path: Path, columns: TableColumns | None = None, zone: str | None = None) -> OtherRecording:
@@ -102,7 +110,8 @@ def _of_app(path: Path, folder: Path) -> OtherRecording:
         raise SessionError(f"{path}: contains no readings")
     lines, rows = (sum(getattr(file, what) for file in session.files) for what in ("lines", "rows"))
     odd = tuple(each for each in session.findings if each.kind in KINDS | {"unread_file"})
-    return OtherRecording(tables, _taps(session), f"a recording of {name}", None, lines, rows, odd)
+    ahead_ns = None if session.recording is None else session.recording.unix_ahead_ns
+    return OtherRecording(tables, _taps(session), f"a recording of {name}", None, lines, rows, odd, ahead_ns)
 
 
 def _taps(session: Session) -> IntArray:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.status import Status
@@ -177,7 +178,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
     camera = session.camera
     inside = (camera.time_ns >= first_ns) & (camera.time_ns < end_ns)
     if not inside.any():
-        return session
+        return _with_finding(session, _outside(session, entry)) if entry.session else session
     frames = int(inside.sum())
     uses.append(f"{frames} frames from {entry.from_s:g} s to {entry.to_s:g} s are excluded{entry.because()}.")
     status = np.where(inside & camera.usable, np.int8(Status.INVALID), camera.status).astype(np.int8)
@@ -188,6 +189,19 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
         landmarks=session.landmarks.rows_kept(keep),
         excluded_ns=(*session.excluded_ns, (first_ns, end_ns)),
     )
+
+
+def _with_finding(session: Session, finding: Finding) -> Session:
+    return replace(session, findings=(*session.findings, finding))
+
+
+def _outside(session: Session, entry: ExcludeSpan) -> Finding:
+    usable_ns = session.camera.time_ns[session.camera.usable]
+    message = (
+        f"[[exclude_span]] from {entry.from_s:g} s has no effect: the session's frames are from 0 to "
+        f"{(usable_ns[-1] - usable_ns[0]) / _NS:.1f} s; write seconds since its first frame"
+    )
+    return Finding(kind="unused_correction", file=CORRECTIONS_FILE, count=1, message=message)
 
 
 def _span_ns(entry: ExcludeSpan | RenameLandmark | SetLandmarkFloor, start_ns: int) -> tuple[int, int]:

@@ -18,8 +18,8 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.table_files import read_csv, read_parquet
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.intake.cells import separator_of, unreadable_cells, with_numbers
-from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit
+from vislam2tag.intake.cells import separator_of, surplus_fields, unreadable_cells, with_numbers
+from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit, with_axes_in_place
 from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
 from vislam2tag.site.site_table import decoded
@@ -261,10 +261,19 @@ def read_table(path: Path) -> tuple[pl.DataFrame, int]:
         text, _ = decoded(raw)
         above, header = _header(text.split("\n", _MAX_PREAMBLE))
         body = "\n".join((header, *text.split("\n")[above + 1 :]))
-        return read_csv(body.encode(), separator=separator_of(header), infer_schema=False), above + 1
+        return _csv(path, body, separator_of(header), above), above + 1
     except (OSError, pl.exceptions.PolarsError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else first_line(error)
         raise UsageError(f"{path}: cannot be read as CSV or Parquet ({why})") from error
+
+
+def _csv(path: Path, body: str, separator: str, above: int) -> pl.DataFrame:
+    try:
+        return read_csv(body.encode(), separator=separator, infer_schema=False)
+    except pl.exceptions.PolarsError as error:
+        if (surplus := surplus_fields(body, separator, above)) is not None:
+            raise UsageError(f"{path}: {surplus}") from error
+        raise
 
 
 def _header(lines: Sequence[str]) -> tuple[int, str]:
@@ -317,11 +326,15 @@ def readings_in(rows: pl.DataFrame) -> pl.DataFrame | None:
 def with_readings(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
     """Turn the columns of levels and sensors into numbers, and report their cells that are none.
 
-    ``rows`` has ``row``, the 1-based line.
+    ``rows`` has ``row``, the 1-based line. Columns of turn rates and accelerations that are exchanged are read the
+    other way round, and reported.
     """
     levels = level_columns(rows.columns)
     sensors = [sensor_columns(rows.columns, sensor)[0] for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS)]
-    return with_numbers(rows, [*(levels or ())[1:], *(name for names in sensors for name in names)], file)
+    names = [*(levels or ())[1:], *(name for axes in sensors for name in axes)]
+    readable, odd = with_numbers(rows, names, file)
+    in_place, exchanged = with_axes_in_place(readable, sensors[0], sensors[1], file)
+    return in_place, [*odd, *exchanged]
 
 
 def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, pl.DataFrame], list[Finding]]:

@@ -81,6 +81,8 @@ class Recording:
     """Events that the recorder logged, by name."""
     note: str = ""
     """The collector's."""
+    unix_ahead_ns: int | None = None
+    """How far Unix time is ahead of the session's clock; None if unknown."""
 
     @property
     def scans_refused(self) -> int:

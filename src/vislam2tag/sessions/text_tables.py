@@ -13,14 +13,13 @@ import polars as pl
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.files.table_files import read_csv
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
-from vislam2tag.intake.cells import unreadable_cells
-from vislam2tag.intake.time_units import ROUNDED, have_fractions, rounded_step
+from vislam2tag.intake.cells import saved_by_spreadsheet, unreadable_cells, with_separator
+from vislam2tag.intake.time_units import ROUNDED, have_fractions, rounded_number
 
 _EXTRA = "_extra"
 _PLAIN = r"^[^\x00-\x1f\x7f\x{fffd}]+$"
 """Text that is a word: not blank, no control characters, no undecodable bytes."""
 _BLANKS = re.compile(rb"[ \t]+")
-_FIELDS = re.compile(r"[;,\s]+")
 Columns: TypeAlias = Mapping[str, pl.DataType | type[pl.DataType]]
 """Names and types, in order."""
 
@@ -121,7 +120,8 @@ def _parsed(data: bytes, file: str, columns: Columns) -> RawTable:
         parts.append(pl.col("time_ns") >= 0)
     times = TimeField(b";", list(columns).index("time_ns")) if "time_ns" in columns else None
     raw = _with_marks_judged(_separated(data, file, table, pl.all_horizontal(parts), times), data)
-    return replace(raw, rows=raw.rows.drop(_EXTRA))
+    raw = replace(raw, rows=raw.rows.drop(_EXTRA))
+    return _with_separator_judged(raw, data, lambda lines: _parsed(lines, file, columns))
 
 
 def _empty(columns: Columns) -> pl.DataFrame:
@@ -188,7 +188,7 @@ def unreadable_findings(
     """
     cut = [last] if last in unreadable and not data.endswith(b"\n") else []
     malformed = [line for line in unreadable if line not in cut]
-    rounded = _rounded(data, unreadable[-1]) if 2 * len(unreadable) > last else ""
+    rounded = rounded_number(data.split(b"\n")[unreadable[-1] - 1]) if 2 * len(unreadable) > last else ""
     if rounded:
         message = f"these lines contain rounded numbers such as {rounded}; they are skipped: {ROUNDED}"
         return at_lines_if("rounded_times", file, list(unreadable), message)
@@ -197,17 +197,6 @@ def unreadable_findings(
         *at_lines_if("partial_last_line", file, cut, message),
         *at_lines_if("malformed_lines", file, malformed, what),
     ]
-
-
-_LARGE_STEP = 1000.0
-"""A spreadsheet rounds numbers of more than 11 digits to 6: to a larger step."""
-
-
-def _rounded(data: bytes, line: int) -> str:
-    """The number of a line that is rounded the most, if as by a spreadsheet; else empty."""
-    text = b"".join(data.split(b"\n")[line - 1 : line])
-    step, cell = rounded_step(_FIELDS.split(text.decode(errors="replace")))
-    return cell if step > _LARGE_STEP else ""
 
 
 def line_count(data: bytes) -> int:
@@ -228,6 +217,15 @@ def _with_marks_judged(raw: RawTable, data: bytes) -> RawTable:
     message = "the file mixes decimal commas and points; both are read, these lines use the rarer one"
     mixed = Finding.at_lines("mixed_decimal_marks", raw.file, min(comma, point, key=len), message)
     return replace(raw, findings=(*raw.findings, mixed))
+
+
+def _with_separator_judged(raw: RawTable, data: bytes, read: Callable[[bytes], RawTable]) -> RawTable:
+    """Name the separator if most lines are malformed because of it; ``read`` reads others of the same form."""
+    if 2 * len(raw.unreadable) <= raw.lines:
+        return raw
+    lines = data.split(b"\n")
+    malformed = [lines[line - 1] for line in raw.unreadable]
+    return replace(raw, findings=with_separator(raw.findings, malformed, lambda some: read(some).rows["row"].to_list()))
 
 
 _REPLACEMENT = "\ufffd"
@@ -257,6 +255,7 @@ class LineTable:
         table = fields.with_columns(stripped.alias(self.text)).select(_line_numbers(1), *self.columns)
         times = TimeField(b";", self.pattern.partition("(?<time")[0].count(";"))
         raw = _with_marks_judged(_separated(data, file, table, self.readable, times), data)
+        raw = _with_separator_judged(raw, data, lambda lines: self.read(lines, file))
         return replace(raw, findings=(*raw.findings, *_undecodable(data, raw, self.text)))
 
 
@@ -306,7 +305,7 @@ class NamedTable:
         if not data:
             return _separated(data, file, _empty(self.columns), pl.lit(value=True))
         if missing or len(set(names)) < len(names):
-            return self._without_header(body, file, missing)
+            return self._without_header(header, body, file, missing)
         if not body:
             return RawTable(file, 0, _empty(self.columns), (), ())
         typed, odd = self._typed(body, names, file)
@@ -315,11 +314,12 @@ class NamedTable:
         raw = _separated(data, file, table, self._readable(table), times)
         return replace(raw, rows=raw.rows.drop(_END), findings=(*raw.findings, *odd))
 
-    def _without_header(self, body: bytes, file: str, missing: Iterable[str]) -> RawTable:
+    def _without_header(self, header: bytes, body: bytes, file: str, missing: Iterable[str]) -> RawTable:
         lines = line_count(body)
         wanted = ", ".join(missing) or "each column once"
         cure = "the file is not used: correct its first line"
-        message = f"the header must name {wanted} ({page_of(self.page)}); {cure}"
+        message = saved_by_spreadsheet(header, self.columns)
+        message = message or f"the header must name {wanted} ({page_of(self.page)}); {cure}"
         finding = Finding(
             kind="malformed_header", file=file, count=max(lines, 1), message=message, severity=self.severity, lines=(1,)
         )

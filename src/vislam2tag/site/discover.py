@@ -14,10 +14,11 @@ import numpy as np
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.whole_output import restore
-from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.intake.extents import floor_findings, landmark_findings, span_m
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, UNITS_M, Corrections
+from vislam2tag.site.corrections.landmarks import corrected_landmarks
 from vislam2tag.site.floors import (
     MASK_FILE,
     ROOMS_FILE,
@@ -261,6 +262,8 @@ def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
     return plan, []
 
 
+_Extent = tuple[float, float, float, float]
+"""Left, right, lower and upper edge of a plan, metres."""
 BESIDE_M = 5.0
 """Landmarks further beside the plan than this hang on no wall of it."""
 MIN_SPREAD = 0.2
@@ -272,17 +275,17 @@ LEAST_BYTES = 10_000
 
 
 def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
-    """Find floors whose landmarks span too little or too much, or lie far off the plan: they are in another unit or
-    frame, or x and y are exchanged.
-
-    Floors whose whole table is corrected are left out.
+    """Find floors whose landmarks, as corrected, span too little or too much, or lie far off the plan: they are in
+    another unit or frame, or x and y are exchanged.
     """
-    corrected = {entry.floor for entry in (*corrections.landmark_units, *corrections.turn_landmarks)}
     found: list[Finding] = []
     for floor in site.floors:
-        here, extent_m = site.landmarks.on_floor(floor.number), floor.extent_m
-        if floor.number in corrected:
-            continue
+        any_session = SessionKey(floor.number, "", "")
+        tables = (*corrections.landmark_units, *corrections.turn_landmarks)
+        if any(entry.floor == floor.number and not entry.applies(any_session) for entry in tables):
+            continue  # the table is another one for some sessions
+        here, _ = corrected_landmarks(site.landmarks.on_floor(floor.number), corrections, any_session)
+        extent_m = floor.extent_m
         sides = None if extent_m is None else (extent_m[1] - extent_m[0], extent_m[3] - extent_m[2])
         found += landmark_findings(floor.number, here.position_bcs, sides)
         if extent_m is None:
@@ -291,31 +294,42 @@ def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
         x, y = here.position_bcs.T
         beside_m = np.maximum.reduce((left - x, x - right, low - y, y - high))
         off = [here.ids[i] for i in np.flatnonzero(here.surveyed & (beside_m > BESIDE_M)).tolist()]
-        unit = _unit_on_plan(here.position_bcs[here.surveyed], extent_m)
-        message = (
-            f"{len(off)} of {len(here.ids)} landmarks of floor {floor.number} ({names_shown(off)}) are more than "
-            f"{BESIDE_M:g} m outside its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} "
-            "m. Check that they are in metres, from the plan's origin, x before y. To detect wrong units and "
-            "mirrored tables from the walks, run vislam2tag diagnose"
-            if unit is None
-            else f"landmarks of floor {floor.number} ({names_shown(off)}) are outside its plan, and all would be on it "
-            f"in {unit}: write them in metres, or add [[landmark_units]] with floor = {floor.number} and unit = "
-            f"'{unit}' to corrections.toml"
-        )
-        found += finding_if(len(off), "landmarks_off_plan", message, severity=Severity.WARNING)
+        if off:
+            found.append(_off_plan(floor.number, off, here.position_bcs[here.surveyed], extent_m))
     return found
 
 
-def _unit_on_plan(position_bcs: FloatArray, extent_m: tuple[float, float, float, float]) -> str | None:
-    """The unit in which all positions (k, 2) would be on a plan, and be spread over it; None if there is none."""
+def _off_plan(number: int, off: list[str], position_bcs: FloatArray, extent_m: _Extent) -> Finding:
+    """Report landmarks of a floor, whose landmarks are at positions (k, 2), outside its plan, and the likely cause."""
+    unit = next((unit for unit, metres in UNITS_M.items() if _on_plan(position_bcs * metres, extent_m)), None)
+    left, right, low, high = extent_m
+    if _on_plan(position_bcs[:, ::-1], extent_m):
+        message = (
+            f"landmarks of floor {number} ({names_shown(off)}) are outside its plan, and all would be on it with x and "
+            "y exchanged: correct the table, or run vislam2tag diagnose"
+        )
+    elif unit is not None:
+        message = (
+            f"landmarks of floor {number} ({names_shown(off)}) are outside its plan, and all would be on it in {unit}: "
+            f"write them in metres, or add [[landmark_units]] with floor = {number} and unit = '{unit}' to "
+            "corrections.toml"
+        )
+    else:
+        message = (
+            f"{len(off)} of {len(position_bcs)} landmarks of floor {number} ({names_shown(off)}) are more than "
+            f"{BESIDE_M:g} m outside its plan, which has x from {left:g} to {right:g} and y from {low:g} to {high:g} "
+            "m. Check that they are in metres, from the plan's origin, x before y. To detect wrong units and "
+            "mirrored tables from the walks, run vislam2tag diagnose"
+        )
+    return Finding(kind="landmarks_off_plan", file="", count=len(off), message=message)
+
+
+def _on_plan(position_bcs: FloatArray, extent_m: _Extent) -> bool:
+    """Whether all positions (k, 2) are on a plan, and are spread over it."""
     left, right, low, high = extent_m
     least, greatest = np.array((left, low)) - BESIDE_M, np.array((right, high)) + BESIDE_M
-    spread_m = MIN_SPREAD * max(right - left, high - low)
-    for unit, metres in UNITS_M.items():
-        placed = position_bcs * metres
-        if ((placed >= least) & (placed <= greatest)).all() and span_m(placed) >= spread_m:
-            return unit
-    return None
+    on = bool(((position_bcs >= least) & (position_bcs <= greatest)).all())
+    return on and span_m(position_bcs) >= MIN_SPREAD * max(right - left, high - low)
 
 
 def walks_in_no_floor(folders: Sequence[Path]) -> list[Finding]:

@@ -98,6 +98,16 @@ def test_times_in_milliseconds_are_recognised(tmp_path: Path) -> None:
     assert "these are in milliseconds" in finding.message
 
 
+def test_times_that_are_no_dates_are_reported(tmp_path: Path) -> None:
+    folder = published(tmp_path / "UJIndoorLoc")
+    file = folder / "validationData.csv"
+    file.write_text(file.read_text().replace("1380872703", "60"))
+    findings = imported("uji", folder, tmp_path / "scratch").info.findings
+    (finding,) = (each for each in findings if each.kind == "unreadable_dates")
+    assert (finding.file, finding.count) == ("validationData.csv", 1)
+    assert "times such as 60 are no dates from 2010 to 2035" in finding.message
+
+
 def test_a_place_beyond_the_solar_system_is_no_error(tmp_path: Path) -> None:
     folder = published(tmp_path / "UJIndoorLoc")
     file = folder / "validationData.csv"

@@ -15,6 +15,7 @@ import pytest
 
 from tests.datasets.factory import small_dataset
 from tests.datasets.formats.round_trip import (
+    exported,
     imported,
     odd_dataset,
     signatures,
@@ -269,3 +270,12 @@ def test_the_raw_survey_is_no_place_for_it(labels: Path, survey: Path, tmp_path:
         export(labels, tmp_path / "survey" / "floor_0" / "out", "gia", options)
     export(labels, tmp_path / "out", "gia", options)
     assert (tmp_path / "out" / "floor_dimensions.csv").read_bytes() == (survey / "floor_dimensions.csv").read_bytes()
+
+
+def test_positions_in_degrees_are_refused_in_every_format(tmp_path: Path) -> None:
+    plain = small_dataset()
+    degrees = plain.fingerprints.with_columns(pl.col("x", "y") * 1e-5)
+    exported(replace(plain, tables={**plain.tables, FINGERPRINTS: degrees}), "parquet", tmp_path / "in")
+    with pytest.raises(DatasetError, match="Possible cause: degrees or kilometres"):
+        import_format(tmp_path / "in", tmp_path / "set")
+    assert not (tmp_path / "set").exists()

@@ -14,7 +14,8 @@ import pytest
 
 from tests.cli.command import the_error, vislam2tag
 from tests.sessions.companion_walks import OtherClock, write_sensor_logger
-from tests.sessions.phone_raw import HEADERS
+from tests.sessions.phone_raw import HEADERS, NAME, START_NS, clean_rows, write_session
+from tests.sessions.phone_raw import record as phone_record
 from tests.studio.receiving.zips import record, session_zip
 from tests.surveys import bytes_of, make_survey
 from vislam2tag.core.clocks import ClockAlignment
@@ -163,6 +164,17 @@ def test_a_recording_of_another_walk_is_refused_with_its_figures(
     said = the_error(vislam2tag("attach", folder_of(without_wifi), tmp_path / "other.csv"))
     assert "turns that both measured: correlation 0." in said
     assert not (folder_of(without_wifi) / "companions").exists()
+
+
+def test_a_recording_of_another_day_is_refused_with_both_dates(tmp_path: Path) -> None:
+    walk = tmp_path / "floor_1" / "LG" / NAME
+    start = {"wall_ms": 1_639_991_640_000, "boot_ns": START_NS}
+    write_session(walk, clean_rows(), phone_record(start=start))
+    table = pl.DataFrame({"time_s": [1_654_074_840 + 0.1 * row for row in range(700)]})
+    table.with_columns(gyro_x=1.0, gyro_y=0.5, gyro_z=0.0).write_csv(tmp_path / "band.csv")
+    said = the_error(vislam2tag("attach", walk, tmp_path / "band.csv"))
+    assert "band.csv was recorded on 2022-06-01 09:14 to 09:15 (UTC), the walk on 2021-12-20 09:14 to 09:14" in said
+    assert "turn at corners" not in said
 
 
 def test_a_tie_that_leaves_most_of_a_recording_without_counterpart_is_refused(

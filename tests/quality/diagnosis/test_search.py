@@ -90,6 +90,13 @@ def test_a_mirrored_table() -> None:
     assert fault.corrections[0].values["shift_m"] == [45.0, 0.0]
 
 
+def test_exchanged_axes_of_a_table() -> None:
+    (fault,) = named(made_survey(), {name: complex(place.imag, place.real) for name, place in PLACES.items()})
+    values = fault.corrections[0].values
+    assert (values["mirrored"], values["turn_deg"], values.get("shift_m")) == (True, -90.0, None)
+    assert "x and y are exchanged" in fault.summary
+
+
 def test_a_session_in_the_folder_of_another_floor() -> None:
     rng = np.random.default_rng(5)
     upstairs = {name: complex(*rng.uniform((0, 0), (45, 30))) for name in PLACES}

@@ -344,6 +344,8 @@ def test_recognised_by_its_record_or_its_header_and_not_where_there_is_none(tmp_
     assert format_of(tmp_path / "with") == "phone"
     write_session(tmp_path / "header", {"WiFi.csv": []}, b"")
     assert format_of(tmp_path / "header") == "phone"
+    (tmp_path / "header" / "WiFi.csv").write_text("\ufefftime_ns;scan;bssid\n", encoding="utf-8")
+    assert format_of(tmp_path / "header") == "phone", "so that its finding names the spreadsheet"
     paper = {"poses.csv": "CameraPose.csv", "initPoses.csv": "LandmarkPose.csv", "sensors.csv": "Sensors.csv"}
     raw.write_session(tmp_path / "paper", {paper.get(name, name): lines for name, lines in raw.clean_files().items()})
     assert format_of(tmp_path / "paper") == "published"

@@ -33,9 +33,9 @@ from vislam2tag.datasets.format_registry import (
 )
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.intake.level_scales import NOT_HEARD
-from vislam2tag.intake.readings import MASKED, normal_addresses, strength_of
-from vislam2tag.intake.time_units import NS_OF, not_in_seconds, unix_unit
+from vislam2tag.intake.level_scales import NOT_HEARD, strength_of
+from vislam2tag.intake.readings import MASKED, normal_addresses
+from vislam2tag.intake.time_units import NS_OF, are_dates, not_in_seconds, unix_unit
 
 TECHNOLOGY = "wifi"
 STRENGTH = strength_of(["uji"])
@@ -135,6 +135,12 @@ def _in_seconds(rows: pl.DataFrame) -> tuple[pl.DataFrame, list[Finding]]:
         parts.append(part.with_columns(pl.col("TIMESTAMP") // (NS_OF["seconds"] // NS_OF[unit])))
         if unit != "seconds":
             findings.append(not_in_seconds(unit, f"{file}.csv", len(times)))
+        elif odd := times.filter(times > 0).filter(~are_dates(times.filter(times > 0))).to_list():
+            message = (
+                f"times such as {odd[0]} are no dates from 2010 to 2035 in seconds since 1970, so sessions and splits "
+                "by day may be wrong: correct TIMESTAMP"
+            )
+            findings.append(Finding(kind="unreadable_dates", file=f"{file}.csv", count=len(odd), message=message))
     return pl.concat(parts), findings
 
 

@@ -49,6 +49,7 @@ from vislam2tag.datasets.labelled import is_labelled
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
 from vislam2tag.datasets.writing import left_out, left_out_of_dataset
+from vislam2tag.intake.extents import fingerprint_problem
 from vislam2tag.intake.level_scales import LevelScale
 from vislam2tag.labeling.tables import SCHEMAS
 from vislam2tag.pipeline.datasets.finish import finish_dataset
@@ -102,6 +103,7 @@ def import_format(
             with _reading(path):
                 given = (options.origin, progress, options.most_unpacked, options.not_heard, options.levels)
                 dataset = chosen.read(path, ImportContext(scratch, *given))
+                _refuse_other_units(path, dataset)
             dataset = with_privacy(dataset, options.privacy)
             folder.add(dataset)
         info = dataset.info if options.name is None else dataset.info.model_copy(update={"name": options.name})
@@ -120,6 +122,13 @@ def _chosen(path: Path, options: ImportOptions) -> ImportFormat:
             option = name.replace("_", "-")
             raise UsageError(f"--{option}: {chosen.name} only lists received access points; remove this option")
     return chosen
+
+
+def _refuse_other_units(path: Path, dataset: Dataset) -> None:
+    """Raise DatasetError if the positions of a data set are not metres."""
+    rows = dataset.fingerprints.select(pl.col("building").fill_null(""), pl.col("x", "y").cast(pl.Float64)).collect()
+    if problem := fingerprint_problem(rows):
+        raise DatasetError(f"{path}: {problem}")
 
 
 @contextmanager

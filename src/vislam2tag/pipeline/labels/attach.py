@@ -16,6 +16,7 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clocks import ClockAlignment
+from vislam2tag.intake.time_units import other_day, unix_span
 from vislam2tag.sessions.clocks import WAYS, first_clear, possible_alignments
 from vislam2tag.sessions.companion_ties import (
     FOLDER,
@@ -91,7 +92,10 @@ def attach(
 
     how, clock, refused = first_clear(possible_alignments(session, recording, by), matched)
     if clock is None:
-        raise UsageError(_nothing_tells(other, refused, by, recording.findings))
+        told = None if session.recording is None else session.recording.unix_ahead_ns
+        ours = unix_span(session.camera.time_ns[session.camera.usable], told)
+        elsewhere = other_day(str(other), recording.unix_span, "the walk", ours)
+        raise UsageError(elsewhere or _nothing_tells(other, refused, by, recording.findings))
     inside = _inside(session, recording, clock)
     tie = Tie(
         recording=_path_from(walk, other),

@@ -91,8 +91,14 @@ class LabelRun:
         """Whether summary and report of an earlier run exist."""
         return self.folder.has(SUMMARY_FILE) and self.folder.has(REPORT_FILE)
 
-    def reduced(self, each: Callable[[SessionResult], None] = lambda _: None) -> Summary:
+    def reduced(
+        self,
+        each: Callable[[SessionResult], None] = lambda _: None,
+        tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+    ) -> Summary:
         """Reduce the sessions' results, one at a time, to summary and report; ``each`` is called with every one.
+
+        ``tell`` is called with corrections of landmarks that no session has.
 
         Results of sessions outside the selection are included, because summary and report cover the whole output.
         """
@@ -100,7 +106,7 @@ class LabelRun:
         if self.others:
             there = {ref.slug for ref in refs} | (self.folder.finished() & {task.ref.slug for task in self.others})
             refs = [ref for ref in self.survey.sessions if ref.slug in there]
-        return _reduce(self, refs, each)
+        return _reduce(self, refs, each, tell)
 
 
 def opened_run(opened: OpenedSurvey, folder: OutputFolder, *, follow_links: bool = False) -> LabelRun:
@@ -197,7 +203,12 @@ def _sha256(path: Path) -> str | None:
         return None
 
 
-def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult], None]) -> Summary:
+def _reduce(
+    run: LabelRun,
+    refs: list[SessionRef],
+    each: Callable[[SessionResult], None],
+    tell: Callable[[Sequence[Finding]], None],
+) -> Summary:
     """Reduce the sessions' results, read twice, one at a time, to summary and report."""
     settings, folder = run.settings, run.folder
     slugs, looked_at = [ref.slug for ref in refs], {ref.slug for ref in thinned(refs)}
@@ -219,7 +230,9 @@ def _reduce(run: LabelRun, refs: list[SessionRef], each: Callable[[SessionResult
     faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
     new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
     if run.tasks and len(refs) == len(run.survey.sessions) and not summary.failed:
-        new += unknown_landmarks(run.tasks[0].corrections, run.survey.site, seen, uses)
+        unknown = unknown_landmarks(run.tasks[0].corrections, run.survey.site, seen, uses)
+        tell(unknown)
+        new += unknown
     survey = dataclasses.replace(shown, findings=(*shown.findings, *new))
     said = {
         "faults": [fault.summary for fault in faults],

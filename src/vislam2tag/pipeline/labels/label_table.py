@@ -23,11 +23,12 @@ from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
+from vislam2tag.intake.clock_ties import MIN_SPREAD, motion_mismatch
 from vislam2tag.intake.readings import level_findings, with_addresses, with_columns_in_place
-from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, shared_times
+from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, Span, other_day, shared_times, unix_span
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
-from vislam2tag.sessions.clocks import LEVELS, MOTION, first_clear, heard_in
+from vislam2tag.sessions.clocks import LEVELS, MOTION, agreement_by_motion, first_clear, heard_in, unix_ahead_ns
 from vislam2tag.sessions.foreign_tables import (
     MOST_NS,
     MOTION_COLUMNS,
@@ -46,7 +47,7 @@ from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.model import SessionKey
 
-_NAMES = {"GYRO": "common turn rates", "ACC": "common accelerations"}
+_WHAT = {"GYRO": "turn rates", "ACC": "accelerations"}
 Aligner = Callable[[LabelledSession], ClockAlignment]
 
 
@@ -59,13 +60,10 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
     if wanted not in (None, MOTION, LEVELS):
         raise UsageError(f"--by {wanted}: unknown method; choose one of {MOTION}, {LEVELS}")
     found: dict[str, Aligner] = {}
-    for sensor in MOTION_COLUMNS if wanted != LEVELS else ():
-        axes, _ = sensor_columns(rows.columns, sensor)
-        if axes:
-            norm = np.linalg.norm(rows.select(axes).to_numpy(), axis=1)
-            if shared_times(times.time_ns[times.usable & np.isfinite(norm)]):
-                raise UsageError(f"most readings share their time with others, so times are rounded; {ROUNDED}")
-            found[_NAMES[sensor]] = partial(_by_motion, times.time_ns[times.usable], norm[times.usable], sensor)
+    for sensor, (their_ns, norm) in _motion(rows, times).items() if wanted != LEVELS else ():
+        if shared_times(their_ns[np.isfinite(norm)]):
+            raise UsageError(f"most readings share their time with others, so times are rounded; {ROUNDED}")
+        found[f"common {_WHAT[sensor]}"] = partial(_by_motion, their_ns, norm, sensor)
     heard = _heard(rows, times) if wanted != MOTION else {}
     if heard:
         found["common access points"] = partial(_by_levels, heard)
@@ -80,10 +78,20 @@ def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) ->
     return found
 
 
-def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: LabelledSession) -> ClockAlignment:
+def _motion(rows: pl.DataFrame, times: TableTimes) -> dict[str, tuple[IntArray, FloatArray]]:
+    """Times (k,), ns, and norms (k,) of the sensors of motion that a table has."""
+    axes = {sensor: sensor_columns(rows.columns, sensor)[0] for sensor in MOTION_COLUMNS}
+    norms = {sensor: np.linalg.norm(rows.select(names).to_numpy(), axis=1) for sensor, names in axes.items() if names}
+    return {sensor: (times.time_ns[times.usable], norm[times.usable]) for sensor, norm in norms.items()}
+
+
+def _own_motion(session: LabelledSession, sensor: str) -> tuple[IntArray, FloatArray]:
     own = session.table("sensors", ("time_ns", "sensor", "v1", "v2", "v3"), pl.col("sensor") == sensor)
-    norm = np.linalg.norm(own.select("v1", "v2", "v3").to_numpy(), axis=1)
-    return align_by_motion(their_ns, theirs, own["time_ns"].to_numpy(), norm)
+    return own["time_ns"].to_numpy(), np.linalg.norm(own.select("v1", "v2", "v3").to_numpy(), axis=1)
+
+
+def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: LabelledSession) -> ClockAlignment:
+    return align_by_motion(their_ns, theirs, *_own_motion(session, sensor))
 
 
 def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
@@ -148,6 +156,11 @@ class _Walk:
     clock: ClockAlignment = _SAME_CLOCK
     """The table's clock against the walk's."""
 
+    @property
+    def unix_span(self) -> Span | None:
+        """First and last frame as Unix time, ns, if the table's clock is that; None if unknown."""
+        return unix_span(np.array((self.start_ns, self.end_ns)), self.clock.offset_ns)
+
 
 class TableTimesRead(TypedDict, total=False):
     """How to read the times of a table: column, clock (``boot``, ``unix``) and unit.
@@ -200,7 +213,7 @@ def label(
         walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], list[str]()
     else:
         walks, why = _with_clocks(walks, times, readable, align, path_or_none(survey))
-    why += _other_hours(walks, times)
+    why += _other_times(walks, times)
     why += map(_sentence, (*odd, *unreadable, *level_findings_of(readable)))
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
@@ -242,7 +255,7 @@ def _with_clocks(
 ) -> tuple[list[_Walk], list[str]]:
     """Relate the table's clock to each walk's; walks with an unknown relation are skipped."""
     if align is None and times.clock is Clock.BOOT and any(_inside(walk, times).any() for walk in walks):
-        return walks, []
+        return walks, [_sentence(each) for walk in walks for each in _other_motion(walk, times, rows)]
     notes: list[str] = []
     found: list[_Walk] = []
     refused: list[str] = []
@@ -260,6 +273,17 @@ def _with_clocks(
     if not found:
         raise UsageError(_with_findings(_nothing_tells(times, refused, align), rows))
     return found, notes
+
+
+def _other_motion(walk: _Walk, times: TableTimes, rows: pl.DataFrame) -> list[Finding]:
+    """Report rows that are within a walk by their times, but not by their motion: by the first sensor that shows it."""
+    inside = _inside(walk, times)
+    within = replace(times, usable=inside)
+    for sensor, theirs in _motion(rows, within).items():
+        agreement = agreement_by_motion(*theirs, *_own_motion(walk.session, sensor), MIN_SPREAD[sensor])
+        if agreement is not None:
+            return motion_mismatch(agreement, _WHAT[sensor], walk.session.slug, int(inside.sum()))
+    return []
 
 
 def _matched(walk: _Walk, times: TableTimes, clock: ClockAlignment) -> float:
@@ -302,11 +326,11 @@ def _folders(survey: Path) -> dict[SessionKey, Path]:
 def _by_recorder(folders: Mapping[SessionKey, Path], session: LabelledSession) -> ClockAlignment | None:
     result = session.result()
     try:
-        start = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)["start"]
-        ahead_ns = int(start["wall_ms"]) * 1_000_000 - int(start["boot_ns"])
-    except (OSError, ValueError, KeyError, TypeError, OverflowError):
+        record = read_json(folders[SessionKey(result.floor, result.device, result.session)] / RECORD_FILE)
+        ahead_ns = unix_ahead_ns(record["start"])
+    except (OSError, ValueError, KeyError, TypeError):
         return None
-    return ClockAlignment(ahead_ns) if abs(ahead_ns) < MOST_NS else None
+    return None if ahead_ns is None else ClockAlignment(ahead_ns)
 
 
 def _inside(walk: _Walk, times: TableTimes) -> BoolArray:
@@ -315,8 +339,8 @@ def _inside(walk: _Walk, times: TableTimes) -> BoolArray:
     return times.usable & (boot_ns >= walk.start_ns) & (boot_ns <= walk.end_ns)
 
 
-def _other_hours(walks: list[_Walk], times: TableTimes) -> list[str]:
-    """Say by how many hours to change the table's clock if no row is within a walk, but most would be then."""
+def _other_times(walks: list[_Walk], times: TableTimes) -> list[str]:
+    """Say why no row is within a walk, if its clock is known: another day, or a clock that differs by hours."""
     if times.clock is not Clock.UNIX or any(_inside(walk, times).any() for walk in walks):
         return []
     for hours in OTHER_HOURS:
@@ -328,7 +352,10 @@ def _other_hours(walks: list[_Walk], times: TableTimes) -> list[str]:
                 f"{'later' if hours > 0 else 'earlier'}, as with daylight saving or another time zone; correct --zone "
                 "or --offset-s"
             ]
-    return []
+    theirs = unix_span(times.time_ns[times.usable], None)
+    closest = min(walks, key=lambda walk: abs(walk.clock.ours(times.time_ns[times.usable]) - walk.start_ns).min())
+    day = other_day("the table", theirs, f"the walk {closest.session.slug}", closest.unix_span)
+    return [] if day is None else [f"no row is within a walk: {day}"]
 
 
 def _labelled(

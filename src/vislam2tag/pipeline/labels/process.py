@@ -85,7 +85,7 @@ def process(
             made = made.with_findings(outdated)
             todo = jobs_of(made.tasks, settings, made.folder)
             opened.run_all(run_job, todo, report=lambda done: progress(done, len(todo)))
-            return made.reduced()
+            return made.reduced(tell=tell)
 
 
 def _told(made: LabelRun, opened: OpenedSurvey, comparing: Progress[SessionKey]) -> TasksTogether:

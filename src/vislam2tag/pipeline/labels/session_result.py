@@ -135,7 +135,11 @@ def recording_record(session: Session) -> RecordingRecord | None:
     if recording is None:
         return None
     return RecordingRecord(
-        **vars(recording), scans_refused=recording.scans_refused, exposure_known=session.camera.exposure_known
+        ended=recording.ended,
+        events=recording.events,
+        note=recording.note,
+        scans_refused=recording.scans_refused,
+        exposure_known=session.camera.exposure_known,
     )
 
 

@@ -167,7 +167,7 @@ def locate(
     if is_dataset(scans):
         blocks = _dataset_blocks(scans, saved, key, name, whole=walks is not None)
     else:
-        blocks = scan_blocks(scans, bad, name)
+        blocks = scan_blocks(scans, bad, name, saved.model.access_points_)
     helping = _WalkEstimation(walks)
     head = "" if as_json else ",".join(LOCATED) + "\n"
     count = unknown = unlike = usable = 0

@@ -27,7 +27,8 @@ from vislam2tag import __version__
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, whole_body
 from vislam2tag.datasets.folder import open_dataset
-from vislam2tag.intake.readings import SIGNAL_STRENGTH, is_masked
+from vislam2tag.intake.level_scales import SIGNAL_STRENGTH
+from vislam2tag.intake.readings import is_masked
 from vislam2tag.pipeline.positioning.locate import located_table, namer
 from vislam2tag.positioning.model_files import SavedModel, model_bytes
 from vislam2tag.positioning.radio_scans import scans_from_readings

@@ -61,6 +61,10 @@ MIN_OTHERS = 2
 """So many other passes must fit to say where a landmark is."""
 
 
+BESIDE_M = 1.0
+"""A landmark further outside the plan than this does not hang on its outer wall."""
+
+
 class Mark(NamedTuple):
     """A landmark by floor and id."""
 
@@ -91,6 +95,14 @@ class Table:
     def on(self, floor: int) -> list[Mark]:
         """Landmarks of one floor."""
         return [mark for mark in self.place if mark.floor == floor]
+
+    def beside_plan(self, floor: int, places: ComplexArray) -> int:
+        """How many places (n,) are outside the plan of a floor; 0 if its size is not known."""
+        if floor not in self.size_m:
+            return 0
+        (width_m, height_m), x, y = self.size_m[floor], places.real, places.imag
+        outside = (x < -BESIDE_M) | (x > width_m + BESIDE_M) | (y < -BESIDE_M) | (y > height_m + BESIDE_M)
+        return int(outside.sum())
 
 
 @dataclass(frozen=True)

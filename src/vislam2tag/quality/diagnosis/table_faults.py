@@ -22,6 +22,7 @@ from vislam2tag.quality.diagnosis.evidence import (
     Hypothesis,
     Mark,
     Sight,
+    Table,
     choices,
     listed,
     misfit_of_passes,
@@ -46,6 +47,7 @@ def changed_tables(evidence: Evidence) -> Iterator[Hypothesis]:
     """Change the table of every floor on which there are suspects."""
     for floor in sorted({mark.floor for mark in evidence.suspects} & set(evidence.floors)):
         width_m = evidence.table.size_m.get(floor, (0.0, 0.0))[0]
+        exchanged = _exchanged_on_plan(floor, evidence.table)
         for change in CHANGES:
             places = {
                 (number, row): _changed(complex(walk.target[row]), change, width_m)
@@ -54,11 +56,12 @@ def changed_tables(evidence: Evidence) -> Iterator[Hypothesis]:
                 if mark.floor == floor and mark in evidence.table.place
             }
             table = {mark: _changed(evidence.table.place[mark], change, width_m) for mark in evidence.table.on(floor)}
-            describe = partial(_table_fault, floor, change, width_m)
+            describe = partial(_table_fault, floor, change, None if exchanged else width_m)
             yield Hypothesis(evidence.moved(places), choices(len(CHANGES)), describe, table, ("frame", floor))
 
 
-def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence) -> Fault:
+def _table_fault(floor: int, change: _Change, width_m: float | None, evidence: Evidence) -> Fault:
+    """Name a change of a table; no ``width_m``: x and y are exchanged if it is mirrored."""
     unit, mirrored = change
     fits = sum(int(walk.alignment.fits.sum()) for walk in evidence.walks if walk.passes.key.floor == floor)
     told = f"{fits} observations of landmarks fit with this correction, and hardly any without it"
@@ -67,7 +70,11 @@ def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence
     if unit:
         parts.append(f"in {unit}, not in metres")
         entries.append(proposed("landmark_units", floor=floor, unit=unit))
-    if mirrored:
+    if mirrored and width_m is None:
+        parts.append("mirrored: x and y are exchanged")
+        told += "; all landmarks are on the plan if x and y are exchanged, and not as they are"
+        entries.append(proposed("turn_landmarks", floor=floor, mirrored=True, turn_deg=-90.0))
+    elif mirrored and width_m is not None:
         parts.append("mirrored")
         told += "; the table is certainly mirrored, but the axis is uncertain: check it on the plan"
         entries.append(proposed("turn_landmarks", floor=floor, mirrored=True, shift_m=[width_m, 0.0]))
@@ -78,6 +85,12 @@ def _table_fault(floor: int, change: _Change, width_m: float, evidence: Evidence
         evidence=told,
         corrections=entries,
     )
+
+
+def _exchanged_on_plan(floor: int, table: Table) -> bool:
+    """Whether the landmarks of a floor are on its plan only with x and y exchanged; walks show no axis of a mirror."""
+    places = np.array([table.place[mark] for mark in table.on(floor)])
+    return table.beside_plan(floor, places) > 0 and table.beside_plan(floor, 1j * places.conj()) == 0
 
 
 def walks_on_other_floors(evidence: Evidence) -> Iterator[Hypothesis]:

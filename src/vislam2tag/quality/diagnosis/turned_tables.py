@@ -20,8 +20,6 @@ from vislam2tag.quality.diagnosis.evidence import Evidence, Table, Way, listed
 from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
 from vislam2tag.site.model import SessionKey
 
-BESIDE_M = 1.0
-"""A landmark further outside the plan than this does not hang on its outer wall."""
 FEWEST_BESIDE, LEAST_SHARE = 2, 0.15
 """So many landmarks, and this share of them, must lie beside the plan."""
 
@@ -31,8 +29,8 @@ def turned_tables(table: Table) -> list[Fault]:
     found = []
     for floor, (width_m, height_m) in sorted(table.size_m.items()):
         places = np.array([table.place[mark] for mark in table.on(floor)])
-        beside = _beside(places, width_m, height_m)
-        if beside < max(FEWEST_BESIDE, LEAST_SHARE * len(places)) or _beside(1j * places + width_m, width_m, height_m):
+        beside, turned = table.beside_plan(floor, places), table.beside_plan(floor, 1j * places + width_m)
+        if beside < max(FEWEST_BESIDE, LEAST_SHARE * len(places)) or turned:
             continue
         found.append(
             Fault(
@@ -46,12 +44,6 @@ def turned_tables(table: Table) -> list[Fault]:
             )
         )
     return found
-
-
-def _beside(places: ComplexArray, width_m: float, height_m: float) -> int:
-    x, y = places.real, places.imag
-    outside = (x < -BESIDE_M) | (x > width_m + BESIDE_M) | (y < -BESIDE_M) | (y > height_m + BESIDE_M)
-    return int(outside.sum())
 
 
 STEP_M = 0.1

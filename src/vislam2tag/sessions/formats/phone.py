@@ -5,11 +5,12 @@ docs/reference/phone-format.md is its specification.
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import polars as pl
@@ -24,7 +25,7 @@ from vislam2tag.core.context import AnchorLog, ToldFloors, TrackerState
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.readings import admitted
 from vislam2tag.intake.time_units import ANY, FRAMES, SCANS
-from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.clocks import clock_of, pose_lag_of, unix_ahead_ns
 from vislam2tag.sessions.model import Recording, Session
 from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, pressure_log
 from vislam2tag.sessions.registry import register
@@ -83,6 +84,7 @@ class PhoneRecord(_Model):
     site: str = ""
     note: str = ""
     phone: Phone = Phone()
+    start: Any = None
     end: RecordingEnd | None = None
 
     @property
@@ -105,8 +107,8 @@ def parse_record(data: bytes, file: str) -> PhoneRecord:
         raise ValueError(f"{where}: {wrong['msg']}") from error
 
 
-FIRST_COLUMN = b"time_ns,"
-"""How the header of every table begins."""
+_HEADERS = tuple(mark + b"time_ns" + separator for mark in (b"", codecs.BOM_UTF8) for separator in (b",", b";", b"\t"))
+"""How the header of every table begins, also if a spreadsheet saved it."""
 TRACKING = "TRACKING"
 SIGHTING = "FULL_TRACKING"
 """The tracker's word for a landmark that it sees in this frame."""
@@ -255,7 +257,7 @@ def _session(reading: SessionFiles, key: SessionKey, settings: FindingSettings) 
 def _has_header(path: Path) -> bool:
     try:
         with plain(path).open("rb") as file:
-            return file.read(len(FIRST_COLUMN)) == FIRST_COLUMN
+            return file.read(max(map(len, _HEADERS))).startswith(_HEADERS)
     except OSError:
         return False
 
@@ -354,7 +356,8 @@ def _recording(
     file = reading.name_of("events")
     rows = reading.rows("events", EVENTS.read, ANY, clock_ns)
     counts = dict(rows["event"].value_counts().sort("event").iter_rows())
-    recording = Recording(ended=record.ended if record else "", events=counts, note=record.note if record else "")
+    known = ("", counts) if record is None else (record.ended, counts, record.note, unix_ahead_ns(record.start))
+    recording = Recording(*known)
     if recording.scans_refused:
         message = (
             "scans were refused or failed, probably because the phone throttles them; disable 'Wi-Fi scan "
