@@ -8,12 +8,9 @@ from hypothesis import strategies as st
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.preparation.registration.network import Measurement
-from vislam2tag.preparation.registration.point_file import (
-    TextTable,
-    parse_columns,
-    read_points,
-    read_text_table,
-)
+from vislam2tag.preparation.registration.point_columns import parse_columns
+from vislam2tag.preparation.registration.point_file import read_points
+from vislam2tag.preparation.registration.text_table import TextTable, read_text_table
 
 
 def rows_of(tmp_path: Path, text: str, columns: str | None = None) -> tuple[list[Measurement], list[str]]:
