@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
-from vislam2tag.intake.cells import separator_of, with_numbers
+from vislam2tag.intake.cells import separator_of, with_numbers, without_unit
 
 
 def read(*cells: str | None) -> tuple[list[float | None], list[tuple[str, int, tuple[int, ...]]]]:
@@ -58,3 +58,19 @@ def test_columns_of_numbers_stay() -> None:
 @pytest.mark.parametrize("separator", [";", "\t", "|", ","])
 def test_the_separator_is_the_most_frequent_mark(separator: str) -> None:
     assert separator_of(separator.join(("time", "x", "y"))) == separator
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "metres"),
+    [
+        ("E [m]", "E", 1.0),
+        ("Ost in mm", "Ost", 0.001),
+        ("H (in cm)", "H", 0.01),
+        ("pos_x_ft", "pos x", 0.3048),
+        ("Easting US survey feet", "Easting", 1200 / 3937),
+        ("Ost (LV95)", "Ost (LV95)", None),
+        ("m", "m", None),
+    ],
+)
+def test_a_header_is_parted_into_name_and_unit(header: str, name: str, metres: float | None) -> None:
+    assert without_unit(header) == (name, metres)
