@@ -163,6 +163,10 @@ def _landxml_points(path: Path, raw: bytes) -> tuple[list[str], list[_Element]]:
         raise SurveyError(
             f"{path}: line {error.lineno}: the LandXML is damaged ({expat.ErrorString(error.code)}); export it again"
         ) from error
+    except (LookupError, ValueError) as error:
+        raise SurveyError(
+            f"{path}: the encoding of the LandXML is not known; expected UTF-8. Export it again"
+        ) from error
     return units, found
 
 

@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
+from functools import lru_cache
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
@@ -77,6 +78,7 @@ def known_column(text: str) -> PointColumn | None:
     return PointColumn.HEIGHT if _HEIGHT_ABOVE.fullmatch(plain) else _COLUMN_OF.get(plain)
 
 
+@lru_cache(maxsize=1000)
 def _plain(text: str) -> str:
     """The letters of a name, without accents, units, brackets, or a word for a coordinate beside a single letter."""
     name = unicodedata.normalize(
@@ -241,10 +243,11 @@ def _labelled(line: str) -> dict[str, str]:
     values, coordinates = {PointColumn.POINT.value: ""}, 0
     while words:
         word = words.popleft()
-        column = None if _DIGIT.search(word) else known_column(word)
-        if (column in _AXES or _plain(word) in ("x", "y")) and words and like_a_number(words[0]):
+        plain = "" if _DIGIT.search(word) else _plain(word)
+        column = known_column(plain)
+        if (column in _AXES or plain in ("x", "y")) and words and like_a_number(words[0]):
             unit = f" {words[1]}" if len(words) > 1 and length_unit(words[1]) is not None else ""
-            values[_plain(word)] = words.popleft() + unit
+            values[plain] = words.popleft() + unit
             coordinates += 1
         elif column in (PointColumn.POINT, PointColumn.CODE) and words:
             values[column.value] = words.popleft()

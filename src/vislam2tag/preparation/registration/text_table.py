@@ -66,15 +66,12 @@ class TextTable:
 
     def length(self, fields: tuple[str, ...], column: int) -> float:
         """Read a length in metres, whatever its unit; NaN for no text. Raises ValueError for what is not a number."""
-        text = fields[column] if column < len(fields) else ""
-        return self._converted(text, self.unit_m[column] if column < len(self.unit_m) else 1.0)
+        return self._converted(fields[column] if column < len(fields) else "", self._column_unit_m(column))
 
     def decimals(self, fields: tuple[str, ...], column: int) -> int:
         """Digits after the decimal mark of a length in metres; 3 if it was converted from another unit."""
-        digits, _ = _parted(fields[column])
-        written = float(_plain(digits, self.decimal))
-        same = self.length(fields, column) == written
-        return len(digits.partition(self.decimal)[2]) if same else 3
+        digits, unit = _parted(fields[column])
+        return len(digits.partition(self.decimal)[2]) if _unit_m(unit, self._column_unit_m(column)) == 1.0 else 3
 
     def place(self, line: int) -> str:
         """Name a line, ``shots.csv:3``."""
@@ -97,10 +94,13 @@ class TextTable:
         if not text:
             return math.nan
         digits, unit = _parted(text)
-        factor = length_unit(unit) if unit.strip(" .") else unit_m
+        factor = _unit_m(unit, unit_m)
         if factor is None or not _NUMBERS[self.decimal].fullmatch(digits):
             raise ValueError(f"'{excerpt(text)}' is not a number")
-        return float(_plain(digits, self.decimal)) * factor
+        return float(digits.replace("." if self.decimal == "," else ",", "").replace(self.decimal, ".")) * factor
+
+    def _column_unit_m(self, column: int) -> float:
+        return self.unit_m[column] if column < len(self.unit_m) else 1.0
 
 
 def _parted(text: str) -> tuple[str, str]:
@@ -109,8 +109,9 @@ def _parted(text: str) -> tuple[str, str]:
     return _GROUP.sub("", digits.replace("\u2212", "-")), text[len(digits) :]
 
 
-def _plain(digits: str, decimal: str) -> str:
-    return digits.replace("." if decimal == "," else ",", "").replace(decimal, ".")
+def _unit_m(unit: str, column_m: float) -> float | None:
+    """Metres in the unit after a number, or in the column's; None if it is not a length."""
+    return length_unit(unit) if unit.strip(" .") else column_m
 
 
 def _units(fields: tuple[str, ...]) -> list[float | None]:
@@ -234,8 +235,7 @@ def _with_units(words: Iterable[str]) -> list[str]:
 def like_a_number(text: str) -> bool:
     """Whether a field is a number with either decimal mark, perhaps with a unit of length."""
     digits, unit = _parted(text)
-    shaped = any(shape.fullmatch(digits) for shape in _NUMBERS.values())
-    return shaped and (not unit.strip(" .") or length_unit(unit) is not None)
+    return any(shape.fullmatch(digits) for shape in _NUMBERS.values()) and _unit_m(unit, 1.0) is not None
 
 
 def _separator(lines: list[str]) -> str:
