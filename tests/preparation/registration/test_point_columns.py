@@ -26,11 +26,11 @@ def test_wrong_columns_are_told(columns: str, message: str) -> None:
             PointColumn.POINT,
             "Punktnummer|Pkt.-Nr.|N° de point|numéro|Matricule|Nome punto|Número de punto|Pto|Point ID",
         ),
-        (PointColumn.EAST, "Rechtswert [m]|Ost|Est|Este_m|E-Koordinate|Easting (ft)|East in m"),
-        (PointColumn.NORTH, "Hochwert|Nordwert|nord|Norte|N [US survey feet]"),
+        (PointColumn.EAST, "Rechtswert [m]|Ost|Est|Este_m|E-Koordinate|Easting (ft)|East in m|Y (Rechtswert)"),
+        (PointColumn.NORTH, "Hochwert|Nordwert|nord|Norte|N [US survey feet]|Hochwert X|X [Nord]|x_north"),
         (PointColumn.HEIGHT, "Höhe ü. NN|HÖHE|Altitude|Quota s.l.m.|Cota|Z-Koordinate|Elev."),
         (PointColumn.CODE, "Codice|Código|Bemerkung"),
-        (None, "X|Y|Zielhöhe|Instrument height|Datum|Ouest|"),
+        (None, "X|Y|X [m]|Y (LV95)|Zielhöhe|Instrument height|Datum|Ouest|"),
     ],
 )
 def test_columns_are_known_in_five_languages(column: PointColumn | None, names: str) -> None:

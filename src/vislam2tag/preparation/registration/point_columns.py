@@ -63,6 +63,8 @@ _HEIGHT_ABOVE = re.compile(
 )
 """Such as "Höhe ü. NN", "Quota s.l.m." and "H ü. M."."""
 _IN_BRACKETS = re.compile(r"[\[(].*?[\])]")
+_BESIDE_AXIS = re.compile(r"^[xyz]|[xyz]$")
+"""A letter that adds nothing to a word, as in "Hochwert X"; in "X (Hochwert)" the word decides, too."""
 _NO_LETTER = re.compile(r"[^a-z]")
 _COORDINATE = re.compile(r"(?:koordinate|coordinate|coordonnee|coordenada|coordinata|koord|coord|wert)")
 
@@ -75,7 +77,12 @@ def known_column(text: str) -> PointColumn | None:
     plain = _plain(text)
     if _POINT_WORDS.fullmatch(plain):
         return PointColumn.POINT
-    return PointColumn.HEIGHT if _HEIGHT_ABOVE.fullmatch(plain) else _COLUMN_OF.get(plain)
+    if _HEIGHT_ABOVE.fullmatch(plain):
+        return PointColumn.HEIGHT
+    inner = _IN_BRACKETS.search(text) if plain in ("x", "y") else None
+    word = _plain(inner[0][1:-1]) if inner else _BESIDE_AXIS.sub("", plain)
+    column = _COLUMN_OF.get(word) if len(word) > 2 else None
+    return column if column in _AXES else _COLUMN_OF.get(plain)
 
 
 @lru_cache(maxsize=1000)
