@@ -89,7 +89,7 @@ NAMES_BY_MODULE = {
     "preparation.planning.records": "PlanSummary",
     "preparation.planning.settings": "CameraSettings PlanSettings",
     "preparation.registration.names": "NameRules",
-    "preparation.registration.point_file": "PointColumn",
+    "preparation.registration.point_columns": "PointColumn",
     "preparation.registration.record": "Registration RegistrationSettings",
     "preparation.sheets.sheet_folder": "SheetOptions SheetsRecord sheets=make_sheets",
     "quality.diagnosis.alignment": "WalkPasses",

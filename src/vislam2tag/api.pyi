@@ -143,7 +143,7 @@ from vislam2tag.preparation.planning.records import PlanSummary as PlanSummary
 from vislam2tag.preparation.planning.settings import CameraSettings as CameraSettings
 from vislam2tag.preparation.planning.settings import PlanSettings as PlanSettings
 from vislam2tag.preparation.registration.names import NameRules as NameRules
-from vislam2tag.preparation.registration.point_file import PointColumn as PointColumn
+from vislam2tag.preparation.registration.point_columns import PointColumn as PointColumn
 from vislam2tag.preparation.registration.record import Registration as Registration
 from vislam2tag.preparation.registration.record import RegistrationSettings as RegistrationSettings
 from vislam2tag.preparation.sheets.sheet_folder import SheetOptions as SheetOptions

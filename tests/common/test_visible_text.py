@@ -7,7 +7,7 @@ import logging
 
 import pytest
 
-from vislam2tag.common.visible_text import VisibleFormatter, visible
+from vislam2tag.common.visible_text import VisibleFormatter, excerpt, visible
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,9 @@ def test_what_is_logged_is_spelled_out_with_its_traceback() -> None:
     text = VisibleFormatter("%(levelname)s %(message)s").format(record)
     assert text.startswith(r"ERROR floor \u001b[31m")
     assert text.endswith(r"ValueError: \u001b[2J")
+
+
+def test_an_excerpt_is_one_short_line_without_markup() -> None:
+    assert excerpt('7,<a href="x">1</a>,\x1b[2J\n 2') == r"7, 1 ,\u001b[2J 2"
+    assert excerpt("<" + 9999 * "x") == ""
+    assert excerpt(100 * "ab") == 28 * "ab" + "a..."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import polars as pl
 import pytest
 
-from vislam2tag.intake.cells import separator_of, surplus_fields, with_numbers
+from vislam2tag.intake.cells import separator_of, surplus_fields, with_numbers, without_unit
 
 
 def read(*cells: str | None) -> tuple[list[float | None], list[tuple[str, int, tuple[int, ...]]]]:
@@ -74,3 +74,19 @@ def test_a_line_with_more_fields_than_the_header_is_named_with_its_cause(
 ) -> None:
     found = surplus_fields(f"t{separator}x{separator}y\n{lines}\n", separator, 2)
     assert found is None if said is None else found is not None and found.startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "metres"),
+    [
+        ("E [m]", "E", 1.0),
+        ("Ost in mm", "Ost", 0.001),
+        ("H (in cm)", "H", 0.01),
+        ("pos_x_ft", "pos x", 0.3048),
+        ("Easting US survey feet", "Easting", 1200 / 3937),
+        ("Ost (LV95)", "Ost (LV95)", None),
+        ("m", "m", None),
+    ],
+)
+def test_a_header_is_parted_into_name_and_unit(header: str, name: str, metres: float | None) -> None:
+    assert without_unit(header) == (name, metres)

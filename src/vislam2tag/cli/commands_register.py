@@ -81,7 +81,7 @@ def register_command(given: RegisterOptions) -> None:
       vislam2tag register site --floor 1 --clicks clicks_floor_1.csv --write
     """
     from vislam2tag.pipeline.site import register as registering
-    from vislam2tag.preparation.registration.point_file import parse_columns
+    from vislam2tag.preparation.registration.point_columns import parse_columns
 
     whole, chosen = registering.floor_of(given.site, given.floor)
     if given.click is not None:

@@ -18,6 +18,16 @@ def visible(text: str) -> str:
     return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
+_MARKUP = re.compile("<[^<>]*>?")
+_EXCERPT = 60
+
+
+def excerpt(text: str) -> str:
+    """Text of a file as a message quotes it: one line of at most 60 characters, without markup or hidden characters."""
+    line = " ".join(visible(_MARKUP.sub(" ", text[: 10 * _EXCERPT])).split())
+    return line if len(line) <= _EXCERPT else f"{line[: _EXCERPT - 3]}..."
+
+
 class VisibleFormatter(logging.Formatter):
     """Formats what is logged, traceback and all, by :func:`visible`."""
 

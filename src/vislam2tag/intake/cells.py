@@ -21,6 +21,40 @@ _PERHAPS_GROUPS = r"^[+-]?[1-9]\d{0,2},\d{3}$"
 _DECIMAL_COMMA = r"^[+-]?\d*,\d+(?:[eE][+-]?\d+)?$"
 
 
+FOOT_M = 0.3048
+_UNITS = {
+    1.0: "m metre metres meter meters mètre mètres metri metros",
+    0.1: "dm",
+    0.01: "cm centimetre centimetres centimeter centimeters",
+    0.001: "mm millimetre millimetres millimeter millimeters",
+    1000.0: "km kilometre kilometres kilometer kilometers",
+    0.0254: "in inch inches",
+    FOOT_M: "ft foot feet intft ftint internationalfoot internationalfeet",
+    1200 / 3937: "ftus usft usfoot usfeet surveyfoot surveyfeet ussurveyfoot ussurveyfeet",
+}
+_LENGTHS_M = {word: metres for metres, words in _UNITS.items() for word in words.split()}
+_NO_UNIT = re.compile(r"[\s._()\[\]-]")
+_IN_BRACKETS = re.compile(r"([^\[(]*)[\[(]([^\])]*)[\])]\s*")
+
+
+def length_unit(text: str) -> float | None:
+    """Metres in a unit of length by its name, as in ``[ft]`` or ``US survey feet``; None for other text."""
+    return _LENGTHS_M.get(_NO_UNIT.sub("", text.lower()))
+
+
+def without_unit(header: str) -> tuple[str, float | None]:
+    """The name of a column and metres a unit, as in ``E [m]``, ``E_ft`` or ``Ost in m``; None if it states no unit."""
+    bracketed = _IN_BRACKETS.fullmatch(header)
+    if bracketed and (metres := length_unit(bracketed[2].removeprefix("in "))) is not None:
+        return bracketed[1].strip(" _"), metres
+    words = re.split(r"[\s_/,]+", header.strip())
+    for first in range(max(1, len(words) - 4), len(words)):
+        unit = words[first + 1 :] if words[first] == "in" and first + 1 < len(words) else words[first:]
+        if (metres := length_unit("".join(unit))) is not None:
+            return " ".join(words[:first]), metres
+    return header, None
+
+
 _DIGITS, _POINT = re.compile(r"[+-]?\d*(?:[eE][+-]?\d+)?"), re.compile(r"[+-]?\d*\.\d+")
 
 

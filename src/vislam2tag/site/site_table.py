@@ -17,11 +17,8 @@ from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import MissingExtraError, SurveyError, first_line, import_extra
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity, at_lines_if
-from vislam2tag.intake.cells import has_decimal_commas
-from vislam2tag.site.corrections.file import UNITS_M
+from vislam2tag.intake.cells import has_decimal_commas, without_unit
 
-_UNITS_M = {"m": 1.0, "metre": 1.0, "meter": 1.0, **UNITS_M, "feet": UNITS_M["ft"]}
-_UNIT = re.compile(rf"^(.+?)(?:[\s_]*[\[(]\s*|[\s_]+)({'|'.join(_UNITS_M)})s?\s*[\])]?$")
 _NO_LETTER = re.compile(r"[^a-zäöü]")
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+")
 _POINT_NUMBER = re.compile(r"[+-]?\d*\.\d+")
@@ -126,10 +123,10 @@ def _column(written: str, columns: TableColumns) -> tuple[str | None, float]:
     text = written.strip().lower()
     if text in columns.names:
         return text, 1.0
-    with_unit = _UNIT.match(text)
-    name = columns.of(with_unit.group(1)) if with_unit else None
-    if with_unit and name is not None and name not in columns.texts:
-        return name, _UNITS_M[with_unit.group(2)]
+    written_name, unit_m = without_unit(text)
+    name = columns.of(written_name)
+    if unit_m is not None and name is not None and name not in columns.texts:
+        return name, unit_m
     return columns.of(text), 1.0
 
 

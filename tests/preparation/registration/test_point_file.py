@@ -3,17 +3,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.preparation.registration.network import Measurement
-from vislam2tag.preparation.registration.point_file import (
-    TextTable,
-    parse_columns,
-    read_points,
-    read_text_table,
-)
+from vislam2tag.preparation.registration.point_columns import parse_columns
+from vislam2tag.preparation.registration.point_file import read_points
 
 
 def rows_of(tmp_path: Path, text: str, columns: str | None = None) -> tuple[list[Measurement], list[str]]:
@@ -102,82 +96,68 @@ def test_files_that_are_no_table_of_points(tmp_path: Path, text: str, message: s
         rows_of(tmp_path, text)
 
 
-@pytest.mark.parametrize(
-    ("columns", "message"),
-    [
-        ("point,E", "required columns are missing: N"),
-        ("point,E,N,N", "appears twice"),
-        ("point,E,N,colour", "'colour' is not a column"),
-    ],
-)
-def test_wrong_columns_are_told(columns: str, message: str) -> None:
-    with pytest.raises(UsageError, match=message):
-        parse_columns(columns)
-
-
-def table_of(tmp_path: Path, raw: bytes) -> TextTable:
-    path = tmp_path / "points.txt"
-    path.write_bytes(raw)
-    return read_text_table(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "separator", "decimal"),
-    [
-        ("7,1.5,2.5\n8,3.5,4.5\n", ",", "."),
-        ("7;1,5;2,5\n8;3,5;4,5\n", ";", ","),
-        ("7;1.5;2.5\n", ";", "."),
-        ("7\t1,5\t2,5\n", "\t", ","),
-        ("7   1.5  2.5\n", " ", "."),
-        ("7 1,5 2,5\n", " ", ","),
-        ("Pkt;Y;X\n7;1;2\n", ";", "."),
-    ],
-)
-def test_separator_and_decimal_mark_are_found(tmp_path: Path, text: str, separator: str, decimal: str) -> None:
-    table = table_of(tmp_path, text.encode())
-    assert (table.separator, table.decimal) == (separator, decimal)
-    assert len(table.rows[-1][1]) == 3
-
-
-@given(st.integers(-(10**6), 10**6), st.sampled_from(",."))
-def test_numbers_are_read_with_either_mark(thousandths: int, mark: str) -> None:
-    table = TextTable("a", (), ";", mark)
-    assert table.number(f"{thousandths / 1000:.3f}".replace(".", mark)) == thousandths / 1000
-
-
-@pytest.mark.parametrize("text", ["1.234,5", "1,5", "abc", "0x1F", "1_0", "nan", "inf", "1 2"])
-def test_what_is_no_number_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match="is not a number"):
-        TextTable("a", (), ";", ".").number(text)
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
-def test_encodings_are_told_apart(tmp_path: Path, encoding: str) -> None:
-    table = table_of(tmp_path, "Höhe;1,0;2,0\n".encode(encoding))
-    assert table.rows == ((1, ("Höhe", "1,0", "2,0")),)
-    assert table.findings == ()
-
-
-def test_windows_encoding_is_read_and_told(tmp_path: Path) -> None:
-    table = table_of(tmp_path, "a;1;2\nHöhe;1;2\n".encode("cp1252"))
-    assert table.rows[1][1][0] == "Höhe"
-    assert [(finding.kind, finding.lines) for finding in table.findings] == [("encoding", (2,))]
-
-
-def test_lines_keep_their_numbers_beside_blanks_and_comments(tmp_path: Path) -> None:
-    table = table_of(tmp_path, b"# job\r\n\r\n7,1,2\r\n// end\r\n8,3,4")
-    assert table.rows == ((3, ("7", "1", "2")), (5, ("8", "3", "4")))
-
-
-def test_nothing_to_read_is_one_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match=r"points\.txt: contains no rows"):
-        table_of(tmp_path, b"\xef\xbb\xbf\n# nothing\n")
-    with pytest.raises(SurveyError, match=r"gone\.csv: cannot be opened \(No such file"):
-        read_text_table(tmp_path / "gone.csv")
-
-
 def test_points_with_decimal_commas_between_commas_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "control.csv"
     path.write_text("point,E,N\nK1,0,5,1,5\n")
     with pytest.raises(SurveyError, match=r"control\.csv:2: 5 values under 3 columns"):
         read_points(path)
+
+
+POINTS = [("A1", 1000 + 5000j), ("A2", 1020 + 5000j), ("7", 1005.5 + 5004.25j)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Punkt;Rechts;Hoch\nA1;1'000.000;5'000.000\nA2;1\u2019020.000;5\u00a0000.000\n7;1\u202f005.500;5\u2009004.250\n",
+        'Point,E,N\nA1,"1,000.000","5,000.000"\nA2,"1,020.000","5,000.000"\n7,"1,005.500","5,004.250"\n',
+        "Pkt;Y;X\nA1;1.000,000;5.000,000\nA2;1.020,000;5.000,000\n7;1.005,500;5.004,250\n",
+        "Point ID,Easting,Northing\n-,m,m\nA1,1000.000 m,5000.000 m\nA2,1020m,5000m\n7,1005500 mm,500425 cm\n",
+        "Pt;Est;Nord\n;[mm];[mm]\nA1;1000000;5000000\nA2;1020000;5000000\n7;1005500;5004250\n",
+        "Point E_mm N_cm\nA1 1000000 500000\nA2 1020000 500000\n7 1005500 500425\n",
+        "Point ID  Easting [m]  Northing [m]\nA1  1000  5000\nA2  1020  5000\n7  1005.5  5004.25\n",
+        "A1 1000 m 5000 m\nA2 1020 m 5000 m\n7 1005.5 m 5004.25 m\n",
+        "Matricule;X;Y;Z\nA1;1000,000;5000,000;1,0\nA2;1020,000;5000,000;1,0\n7;1005,500;5004,250;1,0\n",
+        "N.;Est;Nord;Quota s.l.m.\nA1;1000;5000;1\nA2;1020;5000;1\n7;1005.5;5004.25;1\n",
+        "# Point,Northing,Easting\nA1,5000,1000\nA2,5000,1020\n7,5004.25,1005.5\n",
+        "0 A1 X 1000.000 Y 5000.000 Z 1.0\n1 A2 X 1020.000 Y 5000.000\n2 7 X 1005.500 Y 5004.250 Z 1.0\n",
+        "A1: E=1000,000, N=5000,000\nA2: E=1020,000, N=5000,000\n7: E=1005,500, N=5004,250\n",
+        "Punkt: A1 Hochwert: 5000 m; Rechtswert: 1000 m\nPunkt: A2 Hochwert: 5000 m; Rechtswert: 1020 m\n"
+        "Punkt: 7 Hochwert: 5004.25 m; Rechtswert: 1005.5 m\n",
+        "Nr;R;H\r\rA1;1000;5000\rA2;1020;5000\r7;1005.5;5004.25\r",
+    ],
+)
+def test_numbers_units_and_labels_are_read_in_every_clear_style(tmp_path: Path, text: str) -> None:
+    rows, findings = rows_of(tmp_path, text)
+    assert [row.point for row in rows] == [name for name, _ in POINTS]
+    assert [row.place for row in rows] == pytest.approx([place for _, place in POINTS])
+    assert "malformed_lines" not in findings
+
+
+def test_feet_of_a_header_are_converted_and_reported(tmp_path: Path) -> None:
+    path = tmp_path / "S1.csv"
+    path.write_text("Point,E (ft),N [ftUS],H_ft\n7,100,3937,10\n8,110,3947,10\n")
+    (row, _), findings = read_points(path)
+    assert [row.place, row.height_m] == pytest.approx([30.48 + 1200j, 3.048])
+    assert row.decimals == 3
+    assert ["one unit is 0.3048 m" in each.message for each in findings] == [True, False]
+    assert "N [ftUS]: converted to metres, one unit is 0.3048006 m" in findings[1].message
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["A1 2 600 000.12 1 200 000.5\nA2 2 600 020.12 1 200 000.5\n", "Point,E,N,H\nA1,1,000.500,5,000.25,100\n"],
+)
+def test_groups_of_digits_that_separate_fields_are_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(
+        SurveyError, match=r"S1\.csv:\d: \d values under \d columns; with commas or blanks between groups"
+    ):
+        rows_of(tmp_path, text)
+
+
+def test_rows_are_quoted_without_markup_and_control_characters(tmp_path: Path) -> None:
+    path = tmp_path / "S1.csv"
+    path.write_text("Point,E,N\n7,1,2\n8,<b>one</b>\x1b[2J,12 gon\n")
+    _, (finding,) = read_points(path)
+    assert finding.lines == (3,)
+    assert "rows such as '8, one \\u001b[2J,12 gon' are skipped" in finding.message

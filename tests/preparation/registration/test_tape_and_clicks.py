@@ -113,3 +113,12 @@ def test_another_file_is_refused(tmp_path: Path) -> None:
 
 def test_zooming_in_makes_clicks_surer_but_not_surer_than_the_plan() -> None:
     assert click_sigma_m(0.2, 0.05, SETTINGS) > click_sigma_m(0.02, 0.05, SETTINGS) > SETTINGS.plan_sigma_m
+
+
+def test_distances_and_walls_may_be_in_other_units(tmp_path: Path) -> None:
+    (tmp_path / "tape.csv").write_text("landmark,to,distance [cm],sigma_mm\n1,south,1250,20\n2,south,13 m,20\n")
+    found, _ = read_distances(tmp_path / "tape.csv", RegistrationSettings())
+    assert [(one.distance_m, one.sigma_m) for one in found] == [(12.5, 0.02), (13.0, 0.02)]
+    (tmp_path / "walls.csv").write_text("name;x;y;x2;y2\n;m;m;m;m\nsouth;0;0;1'200,5;0\n")
+    targets, _ = read_targets(tmp_path / "walls.csv", RegistrationSettings())
+    assert (targets["south"].start, targets["south"].stop) == (0, 1200.5)

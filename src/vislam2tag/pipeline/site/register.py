@@ -14,7 +14,7 @@ from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.transforms import as_complex
 from vislam2tag.preparation.registration.names import LandmarkTable, NameRules
-from vislam2tag.preparation.registration.point_file import PointColumn
+from vislam2tag.preparation.registration.point_columns import PointColumn
 from vislam2tag.preparation.registration.record import Registration, RegistrationSettings
 from vislam2tag.preparation.registration.register import (
     FloorMeasurements,

@@ -155,7 +155,7 @@ def _refuse_mirrored(onto: _Frame, moved: _Frame, direct: Agreement, tolerance_m
         raise SurveyError(
             f"station {' and '.join(moved.names)} fits {' and '.join(onto.names)} better if mirrored "
             f"({mirrored.agreeing} of {mirrored.common} points instead of {direct.agreeing}): the columns of one are "
-            "probably N, E rather than E, N; name them with --columns, such as point,N,E,H"
+            "probably N, E rather than E, N. Name them with --columns, such as point,N,E,H, or correct the header"
         )
 
 

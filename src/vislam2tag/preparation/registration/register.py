@@ -26,7 +26,8 @@ from vislam2tag.preparation.registration.names import (
 )
 from vislam2tag.preparation.registration.network import KNOWN, Measurement, adjust_heights
 from vislam2tag.preparation.registration.network_search import GrossError, search_network
-from vislam2tag.preparation.registration.point_file import PointColumn, read_points
+from vislam2tag.preparation.registration.point_columns import PointColumn
+from vislam2tag.preparation.registration.point_file import read_points
 from vislam2tag.preparation.registration.record import (
     INTERCHANGED,
     RegisteredPoint,

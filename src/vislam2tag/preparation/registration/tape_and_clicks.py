@@ -10,8 +10,8 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.intake.extents import MAX_LOCAL_M
-from vislam2tag.preparation.registration.point_file import TextTable, parsed, read_text_table, refuse_longer_rows
 from vislam2tag.preparation.registration.record import RegistrationSettings
+from vislam2tag.preparation.registration.text_table import TextTable, parsed, read_text_table, refuse_longer_rows
 from vislam2tag.site.model import landmark_id
 from vislam2tag.site.site_table import LineCounts
 
@@ -54,12 +54,11 @@ def read_distances(path: Path, settings: RegistrationSettings) -> tuple[list[Tap
 
     Raises SurveyError where the file cannot be read or has no usable row.
     """
-    table = read_text_table(path)
+    table = _below_header(read_text_table(path), number_at=2)
     counts = LineCounts(table.file)
-    rows = _rows(table, number_at=2)
-    if len(rows) < len(table.rows):
-        refuse_longer_rows(table, rows, len(table.rows[0][1]))
-    found = [distance for _, distance in parsed(rows, counts, partial(_distance, table, settings))]
+    if table.unit_m:
+        refuse_longer_rows(table, len(table.unit_m))
+    found = [distance for _, distance in parsed(table.rows, counts, partial(_distance, table, settings))]
     if not found:
         _refuse_too_long(path, table)
         raise SurveyError(f"{path}: contains no distance; expected rows landmark,to,distance_m[,sigma_m]")
@@ -74,12 +73,12 @@ def _refuse_too_long(path: Path, table: TextTable) -> None:
     """Raise SurveyError for the first distance that is too long, as all are in another unit."""
     for line, fields in table.rows:
         try:
-            distance = table.number(fields[2])
-        except (ValueError, IndexError):
+            distance = table.length(fields, 2)
+        except ValueError:
             continue
         if distance > LONGEST_M:
             raise SurveyError(
-                f"{path}: line {line}: {fields[2]} m is too long for a tape; expected distance_m in metres, at most "
+                f"{path}: line {line}: {distance:g} m is too long for a tape; expected distance_m in metres, at most "
                 f"{LONGEST_M:g}"
             )
 
@@ -89,13 +88,13 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
 
     Raises SurveyError where the file cannot be read or has no usable row.
     """
-    table = read_text_table(path)
+    whole = read_text_table(path)
+    table, columns = _below_header(whole, number_at=1), len(whole.rows[0][1])
     found: dict[str, Target] = {}
     counts = LineCounts(table.file)
-    rows, columns = _rows(table, number_at=1), len(table.rows[0][1])
-    if all(len(fields) > columns for _, fields in rows):  # one row may be a wall, without names of its columns
-        refuse_longer_rows(table, rows, columns)
-    for line, target in parsed(rows, counts, partial(_target, table, settings)):
+    if all(len(fields) > columns for _, fields in table.rows):  # one row may be a wall, without names of its columns
+        refuse_longer_rows(table, columns)
+    for line, target in parsed(table.rows, counts, partial(_target, table, settings)):
         if target.name in found:
             counts.add("duplicate_targets", line)
         else:
@@ -112,20 +111,18 @@ def read_targets(path: Path, settings: RegistrationSettings) -> tuple[dict[str, 
     return found, [*table.findings, *counts.findings(messages)]
 
 
-def _rows(table: TextTable, number_at: int) -> tuple[tuple[int, tuple[str, ...]], ...]:
-    """All rows but a header: a first row without a number at its place."""
+def _below_header(table: TextTable, number_at: int) -> TextTable:
+    """The rows below a header, in its units; a header is a first row without a number at its place."""
     first = table.rows[0][1]
     try:
-        table.number(first[number_at])
+        table.length(first, number_at)
     except ValueError:
-        return table.rows[1:]
-    except IndexError:
-        return table.rows
-    return table.rows
+        return table.below(first, 1)
+    return table
 
 
 def _distance(table: TextTable, settings: RegistrationSettings, line: int, fields: tuple[str, ...]) -> TapeDistance:
-    distance, sigma = table.number(fields[2]), table.number(fields[3]) if len(fields) > 3 else math.nan
+    distance, sigma = table.length(fields, 2), table.length(fields, 3)
     name, to = landmark_id(fields[0]), landmark_id(fields[1])
     if not name or not to or name == to or not 0 <= distance <= LONGEST_M or sigma <= 0 or sigma > LARGEST_SIGMA_M:
         raise ValueError(f"line {line} is not a distance")
@@ -135,12 +132,12 @@ def _distance(table: TextTable, settings: RegistrationSettings, line: int, field
         distance_m=distance,
         sigma_m=settings.tape_sigma_m if math.isnan(sigma) else sigma,
         source=table.place(line),
-        decimals=len(fields[2].partition(table.decimal)[2]),
+        decimals=table.decimals(fields, 2),
     )
 
 
 def _target(table: TextTable, settings: RegistrationSettings, line: int, fields: tuple[str, ...]) -> Target:
-    x, y, x2, y2, sigma = (table.number(fields[i]) if i < len(fields) else math.nan for i in range(1, 6))
+    x, y, x2, y2, sigma = (table.length(fields, column) for column in range(1, 6))
     if len(fields) == 4:
         x2, sigma = math.nan, x2
     name = landmark_id(fields[0])
