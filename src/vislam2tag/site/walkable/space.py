@@ -164,7 +164,8 @@ def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolA
     """
     from vislam2tag.site.walkable.drawn_cells import drawn_walls
     from vislam2tag.site.walkable.ink import image_walls
+    from vislam2tag.site.walkable.sheet import building_walls
 
     if not len(plan.walls) and not plan.polygons:
-        return image_walls(plan, grid, settings)
+        return building_walls(image_walls(plan, grid, settings), grid.cell_m, settings)
     return drawn_walls(plan, grid)
