@@ -196,7 +196,7 @@ def _without_frames(ink: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], 
 
 
 def is_frame(part: npt.NDArray[np.bool_], box: tuple[slice, ...], shape: tuple[int, ...]) -> bool:
-    """Whether a part of the ink is drawn along all sides of its ``box``, close to the edges of a sheet of this shape."""
+    """Whether a part of the ink is drawn along all sides of its ``box``, near the edges of a sheet of this shape."""
     for side, length in zip(box, shape, strict=True):
         if side.start > _FRAME_MARGIN * length or side.stop < (1 - _FRAME_MARGIN) * length:
             return False

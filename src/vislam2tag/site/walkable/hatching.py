@@ -31,10 +31,12 @@ _CORNERS = 3
 """So many further strokes in corners, where there are few beside each other, follow those that are regular."""
 _LEAST_SHARE, _MOST_DIRECTIONS = 0.02, 8
 """A direction of strokes has at least this share of all edges."""
-_SMOOTH_PX = 1.0
+_SMOOTH_PX, _AROUND_PX, _STEEP = 1.0, 2.0, 0.06
 _SEEN = 80
 """Level from which on a turned pixel (0 to 255) is ink: thin lines are grey between pixels."""
 _MISSING_PX = 3
+_WIDENED_PX = 2
+"""Lines become so much thicker by being turned."""
 
 
 def hatching(ink: BoolArray, pixel_m: float) -> BoolArray:
@@ -56,9 +58,12 @@ def _directions(ink: BoolArray) -> list[float]:
     """Directions of most edges in ink (rows, columns), degrees from the rows, clockwise as the picture is stored."""
     grey = cv2.GaussianBlur(ink.astype(np.float32), (0, 0), _SMOOTH_PX)
     across, down = (cv2.Sobel(grey, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
-    steepness = np.hypot(across, down)
-    edge = steepness > 0.25 * steepness.max()
-    angle = (np.degrees(np.arctan2(down[edge], across[edge])) + 90) % 180
+    # Structure tensor: the staircases of slanting lines have many directions.
+    difference, product = (
+        cv2.GaussianBlur(part, (0, 0), _AROUND_PX) for part in (across**2 - down**2, 2 * across * down)
+    )
+    edge = across**2 + down**2 > _STEEP * float((across**2 + down**2).max())
+    angle = (np.degrees(np.arctan2(product[edge], difference[edge])) / 2 + 90) % 180
     share = np.bincount(np.round(angle).astype(int) % 180, minlength=180) / max(len(angle), 1)
     smooth = sum(np.roll(share, shift) for shift in range(-2, 3))
     peaks = [
@@ -86,7 +91,7 @@ def _regular(ink: BoolArray, pixel_m: float) -> BoolArray:
     along = np.ones((1, max(_MISSING_PX + 1, round(STROKE_M / pixel_m))), dtype=np.uint8)
     strokes = np.asarray(cv2.morphologyEx(whole, cv2.MORPH_OPEN, along)) > 0
     column, start, stop = _runs_down(strokes)
-    thin = stop - start <= max(THICK_M / pixel_m, _LEAST_THICK_PX) + 1
+    thin = stop - start <= max(THICK_M / pixel_m, _LEAST_THICK_PX) + _WIDENED_PX
     column, start, stop = column[thin], start[thin], stop[thin]
     lines = np.zeros(strokes.shape, dtype=np.uint8)
     if len(column) < 4:
@@ -165,7 +170,7 @@ def _hatched(stroke: IntArray, middle: IntArray, steps: _Steps, longest_px: floa
 
 
 def _mostly(stroke: IntArray, before: BoolArray, after: BoolArray, length: IntArray) -> BoolArray:
-    """Which strokes, of some length (count,) in runs, mostly have runs (n,) that some steps (n - 1,) begin at or lead to."""
+    """Which strokes, of some length (s,), mostly have runs (n,) that some steps (n - 1,) begin at or lead to."""
     among = np.append(before, False) | np.insert(after, 0, False)
     return np.asarray(np.bincount(stroke[among], minlength=len(length)) >= _AMONG * np.maximum(length, 1))
 

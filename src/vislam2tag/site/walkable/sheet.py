@@ -15,7 +15,7 @@ _JOINED_M = 1.0
 _WING = 0.2
 """What is apart from the building and smaller than this share of it is a legend, a title block or a key plan."""
 _BUILDING = 0.5
-"""The largest region in a frame fills at least this share of the building, or the frame is the building's outer wall."""
+"""The largest region in a frame fills at least this share of the building; in an outer wall less."""
 
 
 def building_walls(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> BoolArray:
