@@ -48,6 +48,14 @@ def test_rooms_are_ways_only_where_they_are_asked_for() -> None:
     assert sorted(corridors_of(graph, 0.6, rooms=True).length_m.tolist()) == [7.0, 9.0, 9.0]
 
 
+def test_rooms_that_alone_connect_two_corridors_stay() -> None:
+    nodes = [(0.0, 0.0), (9.0, 0.0), (12.0, 0.0), (12.0, 4.0), (15.0, 0.0), (24.0, 0.0)]
+    edges = [(0, 1), (1, 2), (2, 3), (2, 4), (4, 5)]
+    ways = corridors_of(graph_of(nodes, edges, in_room=[False, True, True, True, False]), 0.6)
+    assert ways.length_m.sum() == 24.0
+    assert set(plan_tour(ways, np.arange(len(ways.lines)), ways.length_m / 2).visit.tolist()) == {0}
+
+
 def test_niches_are_left_out_and_the_way_past_them_is_one() -> None:
     graph = graph_of([(0.0, 0.0), (9.0, 0.0), (18.0, 0.0), (9.0, 4.0)], [(0, 1), (1, 2), (1, 3)])
     assert corridors_of(graph, 0.6, niche_m=5.0).length_m.tolist() == [18.0]

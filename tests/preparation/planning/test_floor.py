@@ -59,6 +59,13 @@ def test_landmarks_lie_off_one_line_and_are_numbered_along_the_tour(design: Floo
         assert np.linalg.norm(here - design.stations.point[design.places.station[design.place[landmark]]]) < 0.01
 
 
+def test_a_floor_of_rooms_only_is_planned_through_its_rooms() -> None:
+    space, graph = ring()
+    rooms = replace(graph, in_room=np.ones_like(graph.in_room))
+    found = plan_floor(space, rooms, SETTINGS.model_copy(update={"further": 0}), nothing_given())
+    assert len(found.corridors.lines) == 4
+
+
 def test_every_step_is_told_once() -> None:
     told: list[tuple[str, int]] = []
     settings = SETTINGS.model_copy(update={"further": 0})

@@ -21,7 +21,7 @@ from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.discover import read_site
-from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.plans.source import FloorPlan, PlanText
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import cells_in, drawing_mark, drawn_area, line_walls, plan_grid
 from vislam2tag.site.walkable.painted_cells import (
@@ -109,6 +109,14 @@ def test_the_largest_region_is_kept_and_gaps_too_narrow_for_people_part() -> Non
     joined, findings = largest_region(free, CellGrid((3.0, 7.0), 0.1, 60, 100), SETTINGS)
     assert joined[10, 80]
     assert not findings
+
+
+def test_closed_off_regions_are_named_by_their_room_labels() -> None:
+    free = np.zeros((60, 100), dtype=np.bool_)
+    free[5:55, 5:60] = free[5:55, 62:95] = True
+    labels = [PlanText("1.07", (8.0, 3.0)), PlanText("1.01", (2.0, 3.0)), PlanText("9.99", (-5.0, 3.0))]
+    _, (finding,) = largest_region(free, CellGrid((0.0, 0.0), 0.1, 60, 100), SETTINGS, labels)
+    assert "excluded: 1.07: 13 m2 at (" in finding.message
 
 
 def test_corners_of_a_region_are_whole() -> None:

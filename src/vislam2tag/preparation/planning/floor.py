@@ -210,15 +210,22 @@ def _candidates(
     space: WalkableSpace, graph: CorridorGraph, settings: PlanSettings, constraints: FloorConstraints
 ) -> FloorCandidates:
     """Find where landmarks can be; raises SurveyError where they can be nowhere."""
-    corridors = corridors_of(graph, settings.turn_rad, niche_m=settings.niche_m, rooms=settings.rooms)
-    if not len(corridors.lines):
-        raise SurveyError("has no walkable path; check its plan and scale (vislam2tag site show)")
+    corridors = _corridors(graph, settings)
     stations = stations_along(corridors, settings.step_m)
     places = find_sheet_places(space, corridors, stations, settings, constraints.forbidden)
     fixed_station = _stations_of(space, stations, constraints.fixed)
     if not len(places.station) and not (fixed_station >= 0).any():
         raise SurveyError("has no wall for a sheet; allow larger sheets (--paper A1) or fewer forbidden places")
     return FloorCandidates(space, corridors, stations, places, constraints, fixed_station, settings)
+
+
+def _corridors(graph: CorridorGraph, settings: PlanSettings) -> Corridors:
+    """A floor's corridors: its rooms and niches where it has no others; raises SurveyError if it has none at all."""
+    for rooms, niche_m in ((settings.rooms, settings.niche_m), (True, settings.niche_m), (True, 0.0)):
+        corridors = corridors_of(graph, settings.turn_rad, niche_m=niche_m, rooms=rooms)
+        if len(corridors.lines):
+            return corridors
+    raise SurveyError("has no walkable path; check its plan and scale (vislam2tag site show)")
 
 
 def _toured(candidates: FloorCandidates, place: IntArray) -> tuple[IntArray, Tour]:

@@ -187,7 +187,7 @@ def _without_frames(ink: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], 
     kept, framed = ink, False
     labels, count = ndimage.label(ink, np.ones((3, 3)))
     for index, box in enumerate(ndimage.find_objects(labels, count), start=1):
-        if not _is_frame(labels[box] == index, box, ink.shape):
+        if not is_frame(labels[box] == index, box, ink.shape):
             continue
         without = kept & (labels != index)
         if _largest(without) is not None:
@@ -195,7 +195,8 @@ def _without_frames(ink: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], 
     return kept, framed
 
 
-def _is_frame(part: npt.NDArray[np.bool_], box: tuple[slice, ...], shape: tuple[int, ...]) -> bool:
+def is_frame(part: npt.NDArray[np.bool_], box: tuple[slice, ...], shape: tuple[int, ...]) -> bool:
+    """Whether a part of the ink is drawn along all sides of its ``box``, near the edges of a sheet of this shape."""
     for side, length in zip(box, shape, strict=True):
         if side.start > _FRAME_MARGIN * length or side.stop < (1 - _FRAME_MARGIN) * length:
             return False

@@ -213,7 +213,7 @@ def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
     _refuse_size(own.bounds)
     polygons = (*own.polygons, *(_opening(line) for line in own.passages))
     image = drawn_plan(own.bounds, polygons, own.walls, own.doors, side_px)
-    return FloorPlan(own.bounds, image, polygons, own.walls, own.texts)
+    return FloorPlan(own.bounds, image, polygons, own.walls, own.texts, own.doors)
 
 
 def _useful_px(drawing: PlanDrawing, bcs_T_plan: Affine2) -> int:

@@ -167,6 +167,8 @@ class FloorPlan:
     walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     texts: tuple[PlanText, ...] = ()
     """What is written on the plan, if the format contains them."""
+    doors: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 2, 2)))
+    """(d, 2, 2) lines of door leaves, if the format contains them."""
 
     @property
     def pixel_m(self) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from vislam2tag.core.cell_grid import CellGrid, continuing_walls
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.door_swings import without_swings
+from vislam2tag.site.walkable.hatching import hatching
 from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regions
 
 Bytes = npt.NDArray[np.uint8]
@@ -271,6 +272,8 @@ def _going_on_below(walls: BoolArray) -> BoolArray:
 
 _BELOW_PX = 5.0
 """What is below text is guessed from so many pixels around."""
+_MORE = 1.2
+"""Hatching is looked for in an image of at most so many times the pixels before its lines are widened."""
 _DIAGONAL = 0.4
 """Pixels that touch at a corner stay joined where an enlarged image has more than this."""
 
@@ -291,15 +294,33 @@ def image_walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> 
     return cells
 
 
+def without_hatching(ink: Bytes, drawn: BoolArray, pixel_m: float) -> Bytes:
+    """Leave out of ink (rows, columns), pixels of ``pixel_m``, the hatching of areas; walls that it crosses stay.
+
+    ``drawn`` (rows, columns) is what stands out.
+    """
+    strokes = hatching(drawn, pixel_m)
+    if not strokes.any():
+        return ink
+    bold = round(usual_thickness(strokes, _THICKEST_M / pixel_m)) + 2
+    thick = cv2.morphologyEx(drawn.astype(np.uint8), cv2.MORPH_OPEN, np.ones((bold, bold), dtype=np.uint8)) > 0
+    walls = _going_on_below(drawn & ~strokes) | thick
+    return np.where(_widened(strokes) & ~walls, 0, ink).astype(np.uint8)
+
+
 def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) -> BoolArray:
     """What stands out on the plan's image, without text of its own colour, as ``shape`` (rows, columns) pixels."""
     image: Bytes = plan.image[::-1]
-    ink = ink_on_paper(image)
-    if ink.size > shape[0] * shape[1]:
+    ink, pixels = ink_on_paper(image), shape[0] * shape[1]
+    large = ink.size > pixels
+    if ink.size > _MORE * pixels:
         ink = reduced(ink, shape)
-        return walls_in(ink, settings.wall_contrast, settings.passage_m / max(plan.pixel_m))
-    line_px = settings.passage_m / max(plan.pixel_m)
-    text = lettering(image, ink, walls_in(ink, None, line_px), SYMBOL_M / max(plan.pixel_m))
+    pixel_m = max(plan.pixel_m) * plan.image.shape[0] / ink.shape[0]
+    line_px = settings.passage_m / pixel_m
+    ink = without_hatching(ink, walls_in(ink, settings.wall_contrast, line_px), pixel_m)
+    if large:
+        return walls_in(reduced(ink, shape), settings.wall_contrast, line_px)
+    text = lettering(image, ink, walls_in(ink, None, line_px), SYMBOL_M / pixel_m)
     below = np.asarray(cv2.inpaint(ink, text.astype(np.uint8), _BELOW_PX, cv2.INPAINT_NS), dtype=np.uint8)
     drawn = walls_in(below, settings.wall_contrast, line_px)
     return np.asarray(cv2.resize(drawn.astype(np.float32), shape[::-1], interpolation=cv2.INTER_LINEAR) > _DIAGONAL)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -15,6 +16,7 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.images import load_plan
+from vislam2tag.site.plans.source import PlanText
 from vislam2tag.site.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
@@ -112,22 +114,38 @@ def inside_of(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> tu
 
 
 def largest_region(
-    free: BoolArray, grid: CellGrid, settings: WalkableSettings
+    free: BoolArray, grid: CellGrid, settings: WalkableSettings, labels: Sequence[PlanText] = ()
 ) -> tuple[BoolArray, tuple[Finding, ...]]:
-    """Keep the largest region (rows, columns) that one can walk through all of; a finding names the others."""
-    radius = settings.passage_m / 2 / grid.cell_m
-    labels = regions(free & (clearance_cells(free) >= max(radius, 0.5)))
-    sizes = np.bincount(labels.ravel())
+    """Keep the largest region (rows, columns) that one can walk through all of; a finding names the others, with the
+    room labels in them.
+    """
+    radius = _passing(grid, settings)
+    parts = regions(free & (clearance_cells(free) >= radius))
+    sizes = np.bincount(parts.ravel())
     sizes[0] = 0
     if not sizes.any():
         return np.zeros_like(free), ()
     kept = int(sizes.argmax())
-    region = free & (clearance_px(labels != kept) <= _CORNER * max(radius, 0.5))
-    return region, _closed_off(labels, sizes, kept, grid)
+    region = free & (clearance_px(parts != kept) <= _CORNER * radius)
+    return region, _closed_off(parts, sizes, kept, grid, labels)
 
 
-def _closed_off(labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid) -> tuple[Finding, ...]:
-    """Name the regions, the largest first, that are not connected with the one that is kept; ``labels`` (rows,
+def closed_off_cells(free: BoolArray, region: BoolArray, grid: CellGrid, settings: WalkableSettings) -> BoolArray:
+    """Which free cells (rows, columns) people could walk if they were not parted from a region."""
+    radius = _passing(grid, settings)
+    core = clearance_cells(free & ~region) >= radius
+    return free & ~region & (clearance_px(~core) <= _CORNER * radius)
+
+
+def _passing(grid: CellGrid, settings: WalkableSettings) -> float:
+    """Half the width of the narrowest passage, cells."""
+    return max(settings.passage_m / 2 / grid.cell_m, 0.5)
+
+
+def _closed_off(
+    parts: IntArray, sizes: IntArray, kept: int, grid: CellGrid, labels: Sequence[PlanText]
+) -> tuple[Finding, ...]:
+    """Name the regions, the largest first, that are not connected with the one that is kept; ``parts`` (rows,
     columns), ``sizes`` (regions,) in cells.
     """
     areas = sizes * grid.cell_m**2
@@ -135,7 +153,10 @@ def _closed_off(labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid) ->
     others = [part for part in order if areas[part] >= REGION_M2 and part != kept]
     if not others:
         return ()
-    named = [f"{areas[part]:.0f} m2 at {_place(labels, part, grid)}" for part in others[:ROWS_NAMED]]
+    named = [
+        f"{_rooms_in(parts == part, grid, labels)}{areas[part]:.0f} m2 at {_place(parts, part, grid)}"
+        for part in others[:ROWS_NAMED]
+    ]
     more = f" and {len(others) - ROWS_NAMED} smaller ones" if len(others) > ROWS_NAMED else ""
     message = (
         f"rooms without an open door are excluded: {', '.join(named)}{more}; if people walk there, paint the doors "
@@ -144,9 +165,20 @@ def _closed_off(labels: IntArray, sizes: IntArray, kept: int, grid: CellGrid) ->
     return (Finding(kind="closed_off", file="", count=len(others), message=message),)
 
 
-def _place(labels: IntArray, part: int, grid: CellGrid) -> str:
+def _rooms_in(region: BoolArray, grid: CellGrid, labels: Sequence[PlanText]) -> str:
+    """The room labels in a region (rows, columns), as the start of a part; empty if there are none."""
+    cells = grid.cells_of(np.array([one.place_m for one in labels]).reshape(-1, 2))
+    within = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
+    rooms = [
+        one.text for one, (row, column), on in zip(labels, cells, within, strict=True) if on and region[row, column]
+    ]
+    more = f" and {len(rooms) - ROWS_NAMED} more" if len(rooms) > ROWS_NAMED else ""
+    return f"{' / '.join(rooms[:ROWS_NAMED])}{more}: " if rooms else ""
+
+
+def _place(parts: IntArray, part: int, grid: CellGrid) -> str:
     """The place of a region (its innermost cell), as ``(x, y)`` in metres."""
-    clearance = clearance_cells(labels == part)
+    clearance = clearance_cells(parts == part)
     cell = np.array(np.unravel_index(int(clearance.argmax()), clearance.shape))
     x, y = grid.centres_m(cell[None])[0].tolist()
     return f"({x:.1f}, {y:.1f})"

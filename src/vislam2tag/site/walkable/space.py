@@ -50,6 +50,10 @@ class WalkableSpace:
     """(w, 2, 2) segments of the region's boundary; who goes from start to stop has the free space on the left."""
     findings: tuple[Finding, ...] = ()
     """What is odd about the plan: regions that are closed off, a plan without an outer wall."""
+    free: BoolArray | None = None
+    """(rows, columns) all that is no wall inside of the building, closed-off and narrow parts included; None if the
+    area does not come from a plan.
+    """
 
     @cached_property
     def clearance_m(self) -> FloatArray:
@@ -122,10 +126,11 @@ def walkable_space(
     walked.
     """
     settings = settings or WalkableSettings()
+    from vislam2tag.site.plans.room_labels import room_labels
     from vislam2tag.site.walkable.painted_cells import largest_region
 
     free, grid, findings = free_cells(plan, settings, mask)
-    region, closed_off = largest_region(free, grid, settings)
+    region, closed_off = largest_region(free, grid, settings, room_labels(plan.texts))
     if not region.any():
         raise SurveyError(
             "the plan has no walkable space; expected walls around free space that is wider than "
@@ -133,7 +138,7 @@ def walkable_space(
             "--mask"
         )
     area = WalkableArea(region, grid.origin_m, grid.cell_m)
-    return WalkableSpace(area, wall_segments(area), findings + closed_off)
+    return WalkableSpace(area, wall_segments(area), findings + closed_off, free)
 
 
 def free_cells(
@@ -164,7 +169,8 @@ def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolA
     """
     from vislam2tag.site.walkable.drawn_cells import drawn_walls
     from vislam2tag.site.walkable.ink import image_walls
+    from vislam2tag.site.walkable.sheet import building_walls
 
     if not len(plan.walls) and not plan.polygons:
-        return image_walls(plan, grid, settings)
+        return building_walls(image_walls(plan, grid, settings), grid.cell_m, settings)
     return drawn_walls(plan, grid)
