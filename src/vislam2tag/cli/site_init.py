@@ -143,7 +143,7 @@ class InitOptions:
         None, "Length of a unit of the file, if its axes are those of the building.", metavar="METRES"
     )
     page: int | None = option(None, "Page of a PDF.  [default: 1]")
-    level: str | None = option(None, "Level of an IMDF archive: id, ordinal or short name.", hidden=True)
+    level: str | None = option(None, "Level or storey of the file that the plan shows: number or name.", hidden=True)
     layer: tuple[str, ...] = option((), "Layer of a DXF with walls (* and ? match); repeatable.")
     others: str | None = option(None, "Use of polygons without one: walkable or obstacle.", metavar="USE", hidden=True)
     epsg: int | None = option(None, "Reference system of the plan's own coordinates.", hidden=True)
@@ -215,8 +215,6 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
 
     if is_competition_floor(plan):
         return competition_floor(plan, given.floor), []
-    if plan.is_dir():
-        raise UsageError(f"--plan {plan}: is a folder; pass the plan's file")
     source = _source(given, plan)
     if given.click is not None:
         _measure(given, plan, source, given.click)

@@ -121,4 +121,4 @@ def _segments(lines: list[FloatArray]) -> FloatArray:
     return kept
 
 
-register(PlanFormat("dxf", (".dxf",), read_dxf))
+register(PlanFormat("dxf", (".dxf",), read_dxf, options=("layers", "doors", "ignore", "epsg", "area")))
