@@ -47,6 +47,9 @@ _TAGS = {
     "indoor=room": ROOM,
     "indoor=corridor": AREA,
     "indoor=area": AREA,
+    "indoor=platform": AREA,
+    "indoor=stairs": AREA,
+    "indoor=elevator": ROOM,
     "indoor=door": DOOR,
     "indoor=wall": WALL,
     "indoor=column": Use.OBSTACLE,
@@ -64,7 +67,11 @@ _BECAME = {
     DOOR: Became.OPENINGS,
     WALL: Became.WALLS,
 }
-_POLYGON_USES = {ROOM: Use.WALKABLE, WALL: Use.OBSTACLE, DOOR: Use.OPENING, **{use: use for use in Use}}
+_POLYGON_USES: dict[str, Use] = {use.value: use for use in Use} | {
+    ROOM: Use.WALKABLE,
+    WALL: Use.OBSTACLE,
+    DOOR: Use.OPENING,
+}
 _LINKS = {"elevator", "lift", "stairs", "staircase", "steps", "escalator"}
 """What joins levels: it names some that show nothing else."""
 _GREATEST_SPAN_DEG = 0.5

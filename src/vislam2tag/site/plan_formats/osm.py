@@ -33,7 +33,7 @@ def read_osm(path: Path, source: PlanSource) -> PlanDrawing:
     """Read the features of one level, as of GeoJSON with OpenStreetMap's tags."""
     elements = _Elements()
     parser = expat.ParserCreate()
-    parser.StartDoctypeDeclHandler = _refuse_doctype  # type: ignore[assignment]
+    parser.StartDoctypeDeclHandler = _refuse_doctype
     parser.StartElementHandler, parser.EndElementHandler = elements.start, elements.end
     try:
         parser.Parse(file_bytes(path), True)
@@ -112,7 +112,8 @@ class _Elements:
 
     def features(self) -> tuple[list[Feature], int]:
         """Tagged elements as features, and how many indoor ones are incomplete."""
-        found, incomplete = [], 0
+        found: list[Feature] = []
+        incomplete = 0
         for element in self._tagged:
             try:
                 geometry = self._geometry(element)
