@@ -160,12 +160,12 @@ class InitOptions:
 def init_command(given: InitOptions) -> None:
     """Create a site or add a floor: writes SITE/site.toml.
 
-    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor folder of the Indoor Location Competition 2.0.
-    It is copied into SITE. Specify its scale in one of these ways. Pass its size (--width-m, --height-m), two known
-    points (--point, twice), a known distance (--click writes a page to click it), the scale on paper (--scale 1:100),
-    or the length of a unit (--unit-m). A DXF file with units needs none, and neither do GeoJSON and IMDF files on a
-    site with a georeference. If a page has a frame, only the drawing inside it is used (--area). Without --plan, the
-    command describes an existing survey in the published layout.
+    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON, OSM, IMDF or IFC file, an IMDF folder, or a floor folder of the Indoor
+    Location Competition 2.0. It is copied into SITE. Specify its scale in one of these ways. Pass its size (--width-m,
+    --height-m), two known points (--point, twice), a known distance (--click writes a page to click it), the scale on
+    paper (--scale 1:100), or the length of a unit (--unit-m). An IFC file, or a DXF file with units, needs none, and
+    neither do GeoJSON, OSM and IMDF files on a site with a georeference. If a page has a frame, only the drawing inside
+    it is used (--area). Without --plan, the command describes an existing survey in the published layout.
 
     Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
@@ -270,6 +270,7 @@ def _measure(given: InitOptions, plan: Path, source: PlanSource, page: Path) -> 
     words = ["vislam2tag", "site", "init", str(given.site), "--plan", str(plan)]
     words += [] if given.floor is None else ["--floor", str(given.floor)]
     words += [] if source.page == 1 else ["--page", str(source.page)]
+    words += [] if source.level is None else ["--level", source.level]
     write_measure_page(page, plan, source, shlex.join(words))
 
     def show() -> None:
