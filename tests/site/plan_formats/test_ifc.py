@@ -188,6 +188,14 @@ def test_curtain_walls_are_of_their_parts(tmp_path: Path) -> None:
     }
 
 
+def test_walls_without_geometry_are_noted(tmp_path: Path) -> None:
+    model = two_storeys()
+    model.file.by_type("IfcWall")[4].Representation = None
+    drawing = read(written(tmp_path, model), level="0")
+    assert TakenPart("IfcWall", Became.LEFT_OUT, 1, "no geometry") in drawing.taken
+    assert drawing.notes[0].startswith("1 walls, windows or columns have no geometry")
+
+
 def test_classes_are_ignored_as_asked(tmp_path: Path) -> None:
     drawing = read(written(tmp_path, two_storeys()), level="0", ignore=["ifccol*", "IfcSpace"])
     assert TakenPart("IfcColumn", Became.LEFT_OUT, 1, "ignored as asked") in drawing.taken

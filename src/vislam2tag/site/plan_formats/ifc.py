@@ -121,7 +121,18 @@ def read_ifc(path: Path, source: PlanSource) -> PlanDrawing:
     solids = list(_solids(model, [one for one, _ in elements if one.id() in kept], kept))
     if not any(_CLASSES[solid.kind] in (Became.WALLS, Became.WALKABLE) for solid in solids):
         raise OSError(f"has no walls or spaces with geometry on the storey {names[number][-1]}")
-    return _drawn(solids, tuple(each[-1] for each in names), left, _georeference_note(model))
+    shown = {solid.element.id() for solid in solids}
+    unseen = [kind for one, kind in elements if one.id() in kept and one.id() not in shown and not one.IsDecomposedBy]
+    left += [(kind, Became.LEFT_OUT, "no geometry") for kind in unseen]
+    notes = (*_unseen_note(unseen), *_georeference_note(model))
+    return _drawn(solids, tuple(each[-1] for each in names), left, notes)
+
+
+def _unseen_note(kinds: Sequence[str]) -> tuple[str, ...]:
+    walls = sum(_CLASSES[kind] in (Became.WALLS, Became.OBSTACLES) for kind in kinds)
+    if not walls:
+        return ()
+    return (f"{walls} walls, windows or columns have no geometry that can be read: check that they are not missing",)
 
 
 def _storeys(model: Any) -> list[Any]:
