@@ -142,7 +142,13 @@ def _storeys(model: Any) -> list[Any]:
     if not found:
         raise OSError("contains no building")
     found = sorted(found, key=_elevation)
-    return [one for one in found if any(kind in _CLASSES for _, kind in _elements(one))] or found
+    return [one for one in found if any(_class_of(part) in _CLASSES for part in _parts(one))] or found
+
+
+def _parts(storey: Any) -> Iterator[Any]:
+    """What is directly in a storey."""
+    for relation in (*getattr(storey, "ContainsElements", ()), *storey.IsDecomposedBy):
+        yield from getattr(relation, "RelatedElements", ()) or getattr(relation, "RelatedObjects", ())
 
 
 def _elevation(storey: Any) -> float:
