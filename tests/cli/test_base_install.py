@@ -47,6 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     survey = make_survey(made / "survey", devices=("LG",), seconds=60.0)
     (survey / "site.toml").write_text(SITE, encoding="utf-8")
     (survey / "plan.svg").write_text(SVG, encoding="utf-8")
+    (made / "plan.ifc").write_text("ISO-10303-21;", encoding="utf-8")
     return made
 
 
@@ -94,6 +95,7 @@ NEEDED = {
     "plan survey --out planned": "prepare",
     "sheets --ids 1-2 --out printed": "prepare",
     "site walkable survey --out walkable": "prepare",
+    "site init modelled --plan plan.ifc": "ifc",
     "simulate walked --site survey": "prepare",
     "receive survey --port 0": "receive",
     "train set --model weighted-knn --out model.v2t": "positioning",

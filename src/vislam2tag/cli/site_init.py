@@ -143,7 +143,7 @@ class InitOptions:
         None, "Length of a unit of the file, if its axes are those of the building.", metavar="METRES"
     )
     page: int | None = option(None, "Page of a PDF.  [default: 1]")
-    level: str | None = option(None, "Level of an IMDF archive: id, ordinal or short name.", hidden=True)
+    level: str | None = option(None, "Level or storey of the file that the plan shows: number or name.", hidden=True)
     layer: tuple[str, ...] = option((), "Layer of a DXF with walls (* and ? match); repeatable.")
     others: str | None = option(None, "Use of polygons without one: walkable or obstacle.", metavar="USE", hidden=True)
     epsg: int | None = option(None, "Reference system of the plan's own coordinates.", hidden=True)
@@ -160,12 +160,12 @@ class InitOptions:
 def init_command(given: InitOptions) -> None:
     """Create a site or add a floor: writes SITE/site.toml.
 
-    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON or IMDF file, or a floor folder of the Indoor Location Competition 2.0.
-    It is copied into SITE. Specify its scale in one of these ways. Pass its size (--width-m, --height-m), two known
-    points (--point, twice), a known distance (--click writes a page to click it), the scale on paper (--scale 1:100),
-    or the length of a unit (--unit-m). A DXF file with units needs none, and neither do GeoJSON and IMDF files on a
-    site with a georeference. If a page has a frame, only the drawing inside it is used (--area). Without --plan, the
-    command describes an existing survey in the published layout.
+    PLAN is a PNG, JPG, SVG, PDF, DXF, GeoJSON, OSM, IMDF or IFC file, an IMDF folder, or a floor folder of the Indoor
+    Location Competition 2.0. It is copied into SITE. Specify its scale in one of these ways. Pass its size (--width-m,
+    --height-m), two known points (--point, twice), a known distance (--click writes a page to click it), the scale on
+    paper (--scale 1:100), or the length of a unit (--unit-m). An IFC file, or a DXF file with units, needs none, and
+    neither do GeoJSON, OSM and IMDF files on a site with a georeference. If a page has a frame, only the drawing inside
+    it is used (--area). Without --plan, the command describes an existing survey in the published layout.
 
     Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
@@ -215,8 +215,6 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
 
     if is_competition_floor(plan):
         return competition_floor(plan, given.floor), []
-    if plan.is_dir():
-        raise UsageError(f"--plan {plan}: is a folder; pass the plan's file")
     source = _source(given, plan)
     if given.click is not None:
         _measure(given, plan, source, given.click)
@@ -272,6 +270,7 @@ def _measure(given: InitOptions, plan: Path, source: PlanSource, page: Path) -> 
     words = ["vislam2tag", "site", "init", str(given.site), "--plan", str(plan)]
     words += [] if given.floor is None else ["--floor", str(given.floor)]
     words += [] if source.page == 1 else ["--page", str(source.page)]
+    words += [] if source.level is None else ["--level", source.level]
     write_measure_page(page, plan, source, shlex.join(words))
 
     def show() -> None:

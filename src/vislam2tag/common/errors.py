@@ -80,6 +80,7 @@ _TABLE_ERRORS = {
 _EXTRAS = {
     "tables": ("openpyxl",),
     "plans": ("ezdxf", "pypdfium2", "resvg_py"),
+    "ifc": ("ifcopenshell",),
     "prepare": ("cv2", "reportlab", "skimage"),
     "receive": ("segno", "starlette", "uvicorn"),
     "positioning": ("safetensors", "sklearn", "tifffile"),

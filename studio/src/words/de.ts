@@ -368,7 +368,7 @@ export const de: Record<Word, string> = {
   'field.shift_m': 'Verschiebung (m)',
   'tab.prepare': 'Vorbereiten',
   'prepare.plan': 'Plan und Maßstab',
-  'prepare.plan_hint': 'Beginnen Sie ein Gebäude, oder fügen Sie ein Stockwerk hinzu. Formate: PDF, DXF, SVG, PNG, JPG, GeoJSON oder IMDF.',
+  'prepare.plan_hint': 'Beginnen Sie ein Gebäude, oder fügen Sie ein Stockwerk hinzu. Formate: PDF, DXF, SVG, PNG, JPG, GeoJSON, OSM, IMDF oder IFC.',
   'prepare.drop_plan': 'Legen Sie den Plan eines Stockwerks hier ab',
   'prepare.or_choose': 'oder wählen Sie eine Datei:',
   'prepare.reading': 'Wird gelesen…',

@@ -366,7 +366,7 @@ export const en = {
   'field.shift_m': 'shift (m)',
   'tab.prepare': 'Prepare',
   'prepare.plan': 'Plan and scale',
-  'prepare.plan_hint': 'Start a building, or add a floor to it. Formats: PDF, DXF, SVG, PNG, JPG, GeoJSON or IMDF.',
+  'prepare.plan_hint': 'Start a building, or add a floor to it. Formats: PDF, DXF, SVG, PNG, JPG, GeoJSON, OSM, IMDF or IFC.',
   'prepare.drop_plan': 'Drop the plan of a floor here',
   'prepare.or_choose': 'or choose a file:',
   'prepare.reading': 'Reading…',

@@ -20,7 +20,9 @@ def drawings() -> Iterator[tuple[str, str, bytes]]:
     yield from _svg()
     yield from _dxf()
     yield from _geojson()
+    yield from _osm()
     yield from _archives()
+    yield "a model cut off", "plan.ifc", b"ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION(('"
     yield (
         "no page",
         "plan.pdf",
@@ -97,6 +99,15 @@ def _geojson() -> Iterator[tuple[str, str, bytes]]:
     others: tuple[object, ...] = (5, [], {"properties": 7}, {"properties": {"name": 8}}, None)
     for crs in others:
         yield f"a crs {crs}", "plan.geojson", collection(square, crs=crs)
+
+
+def _osm() -> Iterator[tuple[str, str, bytes]]:
+    entities = "".join(f'<!ENTITY a{n + 1} "{f"&a{n};" * 10}">' for n in range(9))
+    yield "entities of entities", "plan.osm", f'<!DOCTYPE osm [<!ENTITY a0 "x">{entities}]><osm>&a9;</osm>'.encode()
+    yield "nested elements", "plan.osm", b"<osm>" + b"<way id='1'>" * 100_000
+    nodes = "<nd ref='1'/>" * 4
+    node, tags = "<node id='1' lon='1e400' lat='1'/>", "<tag k='indoor' v='room'/><tag k='level' v='0-1e9'/>"
+    yield "places beyond floats", "plan.osm", f"<osm>{node}<way id='1'>{nodes}{tags}</way></osm>".encode()
 
 
 def _nested_collections(depth: int) -> bytes:

@@ -87,7 +87,7 @@ def test_layers_that_are_not_there(tmp_path: Path) -> None:
 
 def test_levels_that_are_not_told(tmp_path: Path) -> None:
     plan = drawn_floor.imdf(tmp_path)
-    with pytest.raises(SurveyError, match=r"has 2 levels; specify level, one of: 0, 1"):
+    with pytest.raises(SurveyError, match=r"has the levels 0, 1: choose one with --level"):
         floor_plan(floor_with(plan, {}))
     with pytest.raises(SurveyError, match=r"has no level 7; there are: 0, 1"):
         floor_plan(floor_with(plan, {"level": "7"}))

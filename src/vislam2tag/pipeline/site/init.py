@@ -18,8 +18,9 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.floors import INFO_FILE, OUTLINES
 from vislam2tag.site.links import survey_output, write_in_survey
 from vislam2tag.site.model import ControlPoints, Floor, floor_number
-from vislam2tag.site.plans.drawing import NO_SCALE, Bounds
+from vislam2tag.site.plans.drawing import FORMATS, NO_SCALE, Bounds, format_of
 from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
+from vislam2tag.site.plans.reader_process import read_guarded
 from vislam2tag.site.plans.source import Extent, PlanSource
 from vislam2tag.site.site_file import (
     SITE_FILE,
@@ -166,8 +167,10 @@ def settled_source(
 
     If a page shows more than the building, the building or the page is used, depending on which matches the given width
     and height; ``whole``: always the page. ``stretch``: any shape. Raises UsageError if
-    width and height fit neither, or there is no scale, SurveyError if the plan cannot be read.
+    width and height fit neither, there is no scale, or an option does not apply to the plan's format, SurveyError if
+    the plan cannot be read.
     """
+    _refuse_options(path, source)
     with plan_called(path):
         look = look_at_plan(path, source)
     if not look.is_picture:
@@ -178,6 +181,24 @@ def settled_source(
     if source.extent is not None and not stretch:
         _refuse_other_shape(path, source, look)
     return source, notes
+
+
+_OPTIONS = {"layers": "--layer"} | {
+    name: f"--{name}" for name in ("page", "level", "doors", "ignore", "others", "epsg", "area", "scale")
+}
+"""Entries of a plan's source that not every format uses, as options."""
+
+
+def _refuse_options(path: Path, source: PlanSource) -> None:
+    """Raise UsageError for what is given but does not apply to the plan's format."""
+    with plan_called(path):
+        own = read_guarded(path, format_of, path)
+    for name, option in _OPTIONS.items():
+        if getattr(source, name) != PlanSource.model_fields[name].default and name not in own.options:
+            suitable = ", ".join(each.name for each in FORMATS.all().values() if name in each.options)
+            raise UsageError(
+                f"{option}: does not apply to {path}, a plan of the format {own.name}, but to {suitable}; leave it out"
+            )
 
 
 def no_scale(path: Path, source: PlanSource) -> str:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.site.plan_formats.geojson import segments
 from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, file_bytes, refuse_too_many, register
+from vislam2tag.site.plans.features import segments
 from vislam2tag.site.plans.source import PlanSource, PlanText
 
 _WALL = re.compile(r"wall|wand|mauer|mur|pared|partition|column|st(ue|ü)tze|window|fenster|glaz|facade|fassade", re.I)
@@ -121,4 +121,4 @@ def _segments(lines: list[FloatArray]) -> FloatArray:
     return kept
 
 
-register(PlanFormat("dxf", (".dxf",), read_dxf))
+register(PlanFormat("dxf", (".dxf",), read_dxf, options=("layers", "doors", "ignore", "epsg", "area")))

@@ -4,29 +4,35 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vislam2tag.site.plan_formats.geojson import (
-    WGS84,
-    Feature,
-    features_of,
-    geometries_of,
-    polyline,
-    properties_of,
-    rings,
+from vislam2tag.site.plan_formats.geojson import WGS84
+from vislam2tag.site.plans.drawing import (
+    IGNORED,
+    Became,
+    PlanDrawing,
+    PlanFormat,
+    bounds_of,
+    file_bytes,
+    matching,
+    register,
+    taken_parts,
 )
-from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, file_bytes, register
+from vislam2tag.site.plans.features import Feature, features_of, geometries_of, polyline, properties_of, rings
+from vislam2tag.site.plans.levels import chosen_level
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
 
-_LEVELS, _UNITS, _OPENINGS, _FIXTURES = (f"{name}.geojson" for name in ("level", "unit", "opening", "fixture"))
+_LEVELS = "level.geojson"
+_KINDS = ("unit", "fixture", "kiosk", "opening")
 _MOST_BYTES = 50_000_000
 """Of a file of the archive, unpacked; parsed it takes some ten times that."""
-_NOT_WALKED = {"column", "nonpublic", "opentobelow", "structure"}
+_NOT_WALKED = {"column", "nonpublic", "opentobelow", "structure", "brick", "concrete", "drywall", "glass", "wood"}
 """Categories of units that no one walks in."""
+_USES = {Became.OUTLINE: Use.OUTLINE, Became.WALKABLE: Use.WALKABLE, Became.OBSTACLES: Use.OBSTACLE}
 
 
 def is_archive(path: Path) -> bool:
@@ -43,58 +49,48 @@ def read_imdf(path: Path, source: PlanSource) -> PlanDrawing:
     An IMDF archive: outline, units, fixtures and openings of one level, in longitude and latitude.
     """
     levels = _features(path, _LEVELS)
-    level = _level(levels, source.level)
-    own = str(level.get("id"))
-    polygons = _polygons([level], {})
-    polygons += _polygons(_of_level(path, _UNITS, own), {"walkable": Use.WALKABLE, "closed": Use.OBSTACLE})
-    polygons += _polygons(_of_level(path, _FIXTURES, own), {"walkable": Use.OBSTACLE, "closed": Use.OBSTACLE})
-    passages = tuple(
-        polyline(coordinates)
-        for opening in _of_level(path, _OPENINGS, own)
-        for kind, coordinates in geometries_of(opening)
-        if kind == "LineString"
-    )
+    names = [_names(each) for each in levels]
+    level = levels[chosen_level(names, source.level)]
+    parts = [("level", Became.OUTLINE, level)]
+    for kind in _KINDS:
+        parts += [_part(kind, each) for each in _of_level(path, f"{kind}.geojson", str(level.get("id")))]
+    ignored = matching({name for name, _, _ in parts}, source.ignore)
+    kept = [(became, feature) for name, became, feature in parts if name not in ignored]
+    polygons = [polygon for became, feature in kept if became in _USES for polygon in _polygons(feature, _USES[became])]
+    openings = [shape for became, feature in kept if became is Became.OPENINGS for shape in geometries_of(feature)]
+    passages = tuple(polyline(coordinates) for kind, coordinates in openings if kind == "LineString")
     points = np.concatenate([np.empty((0, 2)), *(each.outline for each in polygons), *passages])
     return PlanDrawing(
         bounds_of(points),
         polygons=tuple(polygons),
         passages=passages,
-        levels=tuple(_names(each)[-1] for each in levels),
+        levels=tuple(each[-1] for each in names),
         epsg=WGS84,
+        taken=taken_parts(
+            (name, Became.LEFT_OUT, IGNORED) if name in ignored else (name, became, "") for name, became, _ in parts
+        ),
     )
 
 
-def _polygons(features: Sequence[Feature], uses: Mapping[str, Use]) -> list[PlanPolygon]:
-    """Polygons of features; no ``uses``: they are outlines."""
-    found = []
-    for feature in features:
-        properties = properties_of(feature)
-        closed = str(properties.get("category")) in _NOT_WALKED
-        use, name = uses["closed" if closed else "walkable"] if uses else Use.OUTLINE, _label(properties.get("name"))
-        polygons = [coordinates for kind, coordinates in geometries_of(feature) if kind == "Polygon"]
-        found += [PlanPolygon(*rings(coordinates), use, name) for coordinates in polygons]
-    return found
+def _part(kind: str, feature: Feature) -> tuple[str, Became, Feature]:
+    """Class of a feature, and what it becomes."""
+    category = properties_of(feature).get("category")
+    name = f"{kind}={category}" if category else kind
+    if kind == "opening":
+        return name, Became.OPENINGS, feature
+    walked = kind == "unit" and category not in _NOT_WALKED
+    return name, Became.WALKABLE if walked else Became.OBSTACLES, feature
+
+
+def _polygons(feature: Feature, use: Use) -> list[PlanPolygon]:
+    name = _label(properties_of(feature).get("name"))
+    shapes = [coordinates for kind, coordinates in geometries_of(feature) if kind == "Polygon"]
+    return [PlanPolygon(*rings(coordinates), use, name) for coordinates in shapes]
 
 
 def _label(labels: object) -> str:
     """The first of the names in several languages."""
     return str(next(iter(labels.values()), "")) if isinstance(labels, dict) else ""
-
-
-def _level(levels: Sequence[Feature], wanted: str | None) -> Feature:
-    """The level of this id, ordinal or short name; the first for an empty text, the only one where none is wanted."""
-    if wanted == "" and levels:
-        return levels[0]
-    names = [_names(level) for level in levels]
-    there = ", ".join(each[-1] for each in names)
-    if wanted is None:
-        if len(levels) != 1:
-            raise OSError(f"has {len(levels)} levels; specify level, one of: {there}")
-        return levels[0]
-    chosen = [level for level, known in zip(levels, names, strict=True) if wanted in known]
-    if len(chosen) != 1:
-        raise OSError(f"has {len(chosen) or 'no'} level{'s' * (len(chosen) > 1)} {wanted}; there are: {there}")
-    return chosen[0]
 
 
 def _names(level: Feature) -> list[str]:
@@ -137,4 +133,4 @@ def _member(path: Path, name: str) -> bytes | None:
     return data
 
 
-register(PlanFormat("imdf", ("", ".zip", ".imdf"), read_imdf, is_archive))
+register(PlanFormat("imdf", ("", ".zip", ".imdf"), read_imdf, is_archive, options=("level", "ignore")))

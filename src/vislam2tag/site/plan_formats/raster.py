@@ -38,4 +38,4 @@ def read_image(path: Path, source: PlanSource) -> PlanDrawing:
     return PlanDrawing((0.0, float(width), 0.0, float(height)), picture, downwards=True, pixels=True)
 
 
-register(PlanFormat("raster", IMAGES, read_image))
+register(PlanFormat("raster", IMAGES, read_image, options=("area",)))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -55,6 +57,27 @@ class TakenPart:
     """Lines, polygons or texts in it."""
     why: str = ""
     """Why it was left out, a clause such as "furniture" or "frozen layer"."""
+
+
+IGNORED = "ignored as asked"
+"""Why a part was left out that the user names."""
+
+
+def taken_parts(found: Iterable[tuple[str, Became, str]]) -> tuple[TakenPart, ...]:
+    """Count the parts of a file by name, what they became and why."""
+    return tuple(TakenPart(name, became, count, why) for (name, became, why), count in Counter(found).items())
+
+
+def matching(names: Collection[str], patterns: Sequence[str], what: str = "class") -> set[str]:
+    """Names that one of the patterns matches (``*`` and ``?``, in any case).
+
+    Raises OSError, whose text completes a sentence about the file, for a pattern that matches none.
+    """
+    found = {each: {name for name in names if fnmatch(name.lower(), each.lower())} for each in patterns}
+    for pattern, matched in found.items():
+        if not matched:
+            raise OSError(f"has no {what} {pattern}; there are: {', '.join(sorted(names))}")
+    return set().union(*found.values())
 
 
 @dataclass(frozen=True)
@@ -191,6 +214,8 @@ class PlanFormat:
     """Read a plan; raises OSError, whose text completes a sentence about the file."""
     recognises: Callable[[Path], bool] = Path.is_file
     """Whether a path with one of the suffixes is of this format; may look inside."""
+    options: tuple[str, ...] = ()
+    """Entries of a :class:`PlanSource` that apply to this format, besides its file and those that apply to all."""
 
 
 FORMATS: Registry[PlanFormat] = Registry(plugins.PLAN_FORMATS)
@@ -201,22 +226,29 @@ def register(plan_format: PlanFormat) -> None:
     FORMATS.add(plan_format.name, plan_format)
 
 
-def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
-    """Read a plan of any known format; raises OSError, whose text completes a sentence about the file."""
+def format_of(path: Path) -> PlanFormat:
+    """The format of a plan's file or folder; raises OSError, whose text completes a sentence about it."""
     if not path.exists():
         raise OSError("does not exist: correct its name, or add the file")
     suffix = "" if path.is_dir() else path.suffix.lower()
     for known in FORMATS.all().values():
         if suffix in known.suffixes and known.recognises(path):
-            try:
-                drawing = known.read(path, source)
-            except ModuleNotFoundError as error:
-                raise OSError(missing_extra(error) or str(error)) from error
-            refuse_too_many(drawing.point_count)
-            return drawing
+            return known
     if suffix == ".dwg":
         raise OSError("is a DWG file, which cannot be read; save it as DXF")
+    if path.is_dir():
+        raise OSError("is a folder, but not of an IMDF archive, which contains level.geojson: name the plan's file")
     raise OSError(f"has an unknown format; plans end with {', '.join(plan_suffixes())}")
+
+
+def read_drawing(path: Path, source: PlanSource) -> PlanDrawing:
+    """Read a plan of any known format; raises OSError, whose text completes a sentence about the file."""
+    try:
+        drawing = format_of(path).read(path, source)
+    except ModuleNotFoundError as error:
+        raise OSError(missing_extra(error) or str(error)) from error
+    refuse_too_many(drawing.point_count)
+    return drawing
 
 
 def plan_suffixes() -> tuple[str, ...]:

@@ -76,7 +76,7 @@ class PlanSource(_Part):
     """A plan file and its scale; at most one of :data:`SCALES`, none if the file itself contains its scale.
 
     The plan's own coordinates are pixels (PNG, JPG) or units of the drawing (SVG), both from the upper left corner
-    downwards. Those of a PDF are points of 1/72 inch from the lower left corner upwards. DXF, GeoJSON and IMDF have
+    downwards. Those of a PDF are points of 1/72 inch from the lower left corner upwards. Other formats have
     coordinates of their own.
     """
 
@@ -85,7 +85,7 @@ class PlanSource(_Part):
     page: Annotated[int, Field(ge=1)] = 1
     """Of a PDF."""
     level: str | None = None
-    """Of an IMDF archive: id, ordinal or short name; the first level where this is empty."""
+    """Of a file with several (GeoJSON, OSM, IMDF, IFC): its number or name; the first level where this is empty."""
     layers: tuple[str, ...] = ()
     """Of a DXF: those that contain walls; none given: those that are called so, else all but doors and text."""
     doors: tuple[str, ...] = ()

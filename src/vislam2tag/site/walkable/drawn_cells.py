@@ -63,9 +63,9 @@ def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArr
 def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid) -> BoolArray:
     """Return which cells (rows, columns) polygons make walkable.
 
-    Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Where the plan has openings,
-    walkable polygons are walled off from each other except for their openings; one without any opening joins its
-    neighbours.
+    Walkable polygons less obstacles, or the outline less obstacles where none is walkable. Openings lead through
+    obstacles. Where the plan has openings, walkable polygons are walled off from each other except for their openings;
+    one without any opening joins its neighbours.
     """
     by_use = {use: [_shape(polygon) for polygon in polygons if polygon.use is use] for use in Use}
     lap_m = WALL_M / 2 + _LAP_M
@@ -74,7 +74,8 @@ def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid) -> BoolArra
     if by_use[Use.OPENING]:
         floors = [_walled(shape, openings, WALL_M / 2) for shape in floors]
     floor = shapely.union_all([*floors, *([openings] if by_use[Use.WALKABLE] else [])])
-    return cells_in(shapely.difference(floor, shapely.union_all(by_use[Use.OBSTACLE])), grid)
+    obstacles = shapely.difference(shapely.union_all(by_use[Use.OBSTACLE]), shapely.union_all(by_use[Use.OPENING]))
+    return cells_in(shapely.difference(floor, obstacles), grid)
 
 
 def use_cells(polygons: tuple[PlanPolygon, ...], use: Use, grid: CellGrid) -> BoolArray:
