@@ -14,7 +14,15 @@ from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
+from vislam2tag.pipeline.site.plan import (
+    PlanRequest,
+    add_to_site,
+    constraints_of,
+    designed,
+    ids_in_use,
+    planned_landmarks_of,
+    without_landmarks,
+)
 from vislam2tag.pipeline.site.register import floor_of
 from vislam2tag.preparation.planning.floor import ChangedPlan
 from vislam2tag.preparation.planning.prediction import mean_error_m
@@ -50,10 +58,12 @@ class _Plan:
         asked: dict[str, object] = {"spacing_m": wish.spacing_m, "rooms": wish.rooms, "further": 0}
         asked |= {"sheets": tuple(sheet_size(name).name for name in wish.sheets)}
         self.settings = PlanSettings.model_validate(settings.plan.model_dump() | asked)
-        given = constraints_of(site, self.floor)
+        self.dropped = planned_landmarks_of(site, [wish.floor]) if wish.restart else {}
+        kept = without_landmarks(site, self.dropped)
+        given = constraints_of(kept, self.floor)
         design, graph = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
         self.changed = ChangedPlan(design, graph)
-        self.taken = site.landmarks.ids
+        self.taken = ids_in_use(root, kept, site.landmarks.ids)
         self.fewest = len(design.place)
         ids = self.ids(self.fewest, [])
         self.record = floor_summary(design, self.floor.number, self.floor.name, ids)
@@ -92,6 +102,7 @@ class _Plan:
         design = self.changed.designed(_places(held))
         ids = [one.id for one in held]
         record = floor_summary(design, self.floor.number, self.floor.name, ids)
+        record = record.model_copy(update={"dropped": self.dropped.get(self.floor.number, ())})
         return PlanSummary(version=__version__, settings=self.settings, floors=(record,), findings=())
 
 

@@ -78,6 +78,8 @@ class PlanWish(FiniteRecord):
     rooms: bool
     sheets: Annotated[list[str], Field(min_length=1, max_length=6)]
     number: Annotated[int, Field(ge=0, le=500)] | None = None
+    restart: bool = False
+    """Whether planned landmarks that were not measured are dropped."""
 
 
 class HeldLandmark(FiniteRecord):

@@ -108,6 +108,8 @@ class FloorPlanRecord(Record):
     tour: TourSummary
     findings: tuple[Finding, ...]
     """What is doubtful of the walkable space: rooms that walls close off."""
+    dropped: tuple[str, ...] = ()
+    """Planned landmarks of the site that this plan replaces."""
 
 
 class PlanSummary(Record):
