@@ -183,10 +183,10 @@ def sheets_command(given: SheetsOptions) -> None:
     """Make landmark sheets to print: one page each, in true size.
 
     Each sheet has an image that phones recognise. SITE is a site folder or a landmark file such as landmarks.csv of
-    `plan`. Its columns are id, floor, x, y, z, sheet and width_m, and all but id are optional. Without SITE, name the
-    landmarks with --ids. An image depends only on the seed and the id, so that you can print a sheet again later. Each
-    image is tested. Unsuitable ones are replaced, and similar ones refused. With --images you use your own images.
-    Images that are too plain or too similar are refused.
+    `plan`. Its columns are id, floor, x, y, z, sheet, width_m, near, floor_name and building, and all but id are
+    optional. Without SITE, name the landmarks with --ids. An image depends only on the seed and the id, so that you can
+    print a sheet again later. Each image is tested. Unsuitable ones are replaced, and similar ones refused. With
+    --images you use your own images. Images that are too plain or too similar are refused.
 
     Writes OUT/sheets.pdf (print it at 100 %), OUT/images with manifest.csv for the phone app, and OUT/sheets.json. See
     docs/how-to/sheets.md for printing and docs/how-to/field-guide.md for hanging.

@@ -61,12 +61,12 @@ class _Plan:
         self.dropped = planned_landmarks_of(site, [wish.floor]) if wish.restart else {}
         kept = without_landmarks(site, self.dropped)
         given = constraints_of(kept, self.floor)
-        design, graph = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
+        design, graph, self.rooms = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
         self.changed = ChangedPlan(design, graph)
         self.taken = ids_in_use(root, kept, site.landmarks.ids)
         self.fewest = len(design.place)
         ids = self.ids(self.fewest, [])
-        self.record = floor_summary(design, self.floor.number, self.floor.name, ids)
+        self.record = floor_summary(design, self.floor.number, self.floor.name, ids, self.rooms)
 
     def ids(self, count: int, held: list[preparing.HeldLandmark]) -> list[str]:
         """Ids for ``count`` new landmarks."""
@@ -101,7 +101,7 @@ class _Plan:
         """The plan with these landmarks as ``vislam2tag plan`` writes it."""
         design = self.changed.designed(_places(held))
         ids = [one.id for one in held]
-        record = floor_summary(design, self.floor.number, self.floor.name, ids)
+        record = floor_summary(design, self.floor.number, self.floor.name, ids, self.rooms)
         record = record.model_copy(update={"dropped": self.dropped.get(self.floor.number, ())})
         return PlanSummary(version=__version__, settings=self.settings, floors=(record,), findings=())
 

@@ -50,7 +50,7 @@ def test_a_plan_is_drawings_lists_a_summary_and_a_page(planned: Path) -> None:
     assert floor.number == floor.bound == len(floor.landmarks) == 6
     assert [landmark.id for landmark in summary.landmarks] == ["1", "2", "3", "4", "5", "6"]
     lines = (planned / "landmarks.csv").read_text().splitlines()
-    assert lines[0] == "id,floor,x,y,z,heading_rad,sheet,width_m"
+    assert lines[0] == "id,floor,x,y,z,heading_rad,sheet,width_m,near,floor_name,building"
     assert len(lines) == 7
     with Image.open(planned / "floor_1.plan.png") as image:
         assert np.asarray(image.convert("L")).std() > 5

@@ -32,9 +32,10 @@ from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors, session_folders
 from vislam2tag.site.landmark_file import LANDMARK_FILE, refuse_unreadable, table_path
 from vislam2tag.site.landmark_states import write_states
-from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
+from vislam2tag.site.links import refuse_outside_plan, shared_site, site_name, write_in_survey
 from vislam2tag.site.model import Floor, Site, landmark_id
 from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.rooms import FloorRooms, floor_rooms
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_table import LANDMARKS, read_site_table
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
@@ -118,10 +119,11 @@ def write_plans(
         first = request.first_id
         for floor in floors:
             given = constraints_of(site, floor, forbidden.get(floor.number), ignore_existing=request.ignore_existing)
-            design, _ = designed(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
+            advance = lambda step, _steps: progress(step, len(floors))
+            design, _, rooms = designed(floor, request, settings, given, advance)
             ids = new_ids(len(design.place), first, taken)
             first = int(ids[-1]) + 1 if ids else first
-            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids)
+            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids, rooms)
             summary = summary.model_copy(update={"dropped": dropped.get(floor.number, ())})
             hanging = shown.landmarks.select([]) if request.ignore_existing else shown.landmarks.on_floor(floor.number)
             planned.append(PlannedFloor(shown.floor(floor.number), design, summary, hanging))
@@ -129,6 +131,7 @@ def write_plans(
             version=__version__,
             settings=settings,
             walkable=request.walkable,
+            building=site_name(site_folder, follow_links=request.follow_links),
             floors=tuple(one.summary for one in planned),
             findings=tuple(one for one in findings if one.file.endswith(LANDMARK_FILE) and one.kind != "missing_file"),
         )
@@ -179,21 +182,22 @@ def designed(
     settings: PlanSettings,
     given: FloorConstraints,
     progress: Progress[str] = silent,
-) -> tuple[FloorDesign, CorridorGraph]:
-    """Plan a floor from its plan's walkable space; raises SurveyError if that fails."""
+) -> tuple[FloorDesign, CorridorGraph, FloorRooms]:
+    """Plan a floor from its plan's walkable space, with its rooms; raises SurveyError if that fails."""
     progress("walkable space", len(STEPS))
-    mask = floor_mask(floor, path_or_none(request.mask))
-    space = walkable_space(floor_plan(floor), request.walkable, mask)
+    plan, mask = floor_plan(floor), floor_mask(floor, path_or_none(request.mask))
+    space = walkable_space(plan, request.walkable, mask)
     graph = corridor_graph(space)
+    rooms = floor_rooms(floor, plan, space, graph)
     try:
-        return plan_floor(space, graph, settings, given, progress), graph
+        return plan_floor(space, graph, settings, given, progress), graph, rooms
     except SurveyError as error:
         raise SurveyError(f"floor {floor.number}: {error}") from error
 
 
 def _write(folder: Folder, planned: Sequence[PlannedFloor], result: PlanSummary) -> None:
     folder.write(SUMMARY_FILE, result.model_dump_json(indent=1) + "\n")
-    folder.write(LANDMARKS_FILE, landmarks_text(result.landmarks))
+    folder.write(LANDMARKS_FILE, landmarks_text(result))
     maps: dict[int, PlannedMap] = {}
     for one in planned:
         stem = f"floor_{one.floor.number}"
