@@ -16,6 +16,7 @@ from pydantic import Field
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
 from vislam2tag.preparation.registration.record import Registration
 from vislam2tag.site.model import portable_name
@@ -294,7 +295,7 @@ def add_dropped(workspace: Workspace, dropped: DroppedFiles, body: FloorRequest)
     source, notes = settled_source(path, asked, whole=body.whole)
     add_floor(workspace.root, NewFloor(path, body.part.model_copy(update={"plan": source})))
     workspace.refresh()
-    return AddedFloor(floor=body.part.number, notes=notes)
+    return AddedFloor(floor=body.part.number, notes=[*notes, *floor_fit_notes(workspace.root, body.part.number)])
 
 
 @endpoint("POST", "/api/prepare/positions")
