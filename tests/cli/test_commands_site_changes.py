@@ -88,6 +88,10 @@ def test_a_plan_with_coordinates_of_a_national_grid_gets_an_origin(site: Path, t
     done = vislam2tag("site", "set", site, "--lower-left", "0,0")
     assert done.returncode == 0, done.stderr
     assert read_site(site)[0].floor(1).extent_m == pytest.approx((0, 40, 0, 16), abs=0.01)
+    init = ("site", "init", tmp_path / "new", "--plan", drawing)
+    assert "For the plan, pass --lower-left 0,0" in the_error(vislam2tag(*init))
+    assert vislam2tag(*init, "--lower-left", "0,0").returncode == 0
+    assert read_site(tmp_path / "new")[0].floor(1).extent_m == pytest.approx((0, 40, 0, 16), abs=0.01)
 
 
 def test_a_number_is_changed_in_all_files_and_back(site: Path) -> None:

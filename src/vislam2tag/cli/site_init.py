@@ -221,9 +221,24 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
     if given.click is not None:
         _measure(given, plan, source, given.click)
     source, notes = settled_source(plan, source, whole=given.area == _PAGE, stretch=given.stretch)
+    if given.lower_left is not None:
+        source = _with_corner(plan, source, given.lower_left)
     number = 1 if given.floor is None else given.floor
     values = {"number": number, "name": given.name, "elevation_m": given.elevation_m, "plan": source}
     return api.NewFloor(plan, _made(FloorPart, values)), notes
+
+
+def _with_corner(plan: Path, source: PlanSource, lower_left_m: list[float]) -> PlanSource:
+    """Place the plan's lower left corner, also of a plan with a scale of its own."""
+    from vislam2tag.site.plans.drawing import NO_SCALE
+    from vislam2tag.site.plans.load import plan_moved
+
+    try:
+        return plan_moved(plan, source, (lower_left_m[0], lower_left_m[1]))
+    except OSError as error:
+        if str(error) == NO_SCALE:
+            raise UsageError("--lower-left: also pass --width-m, --height-m, --distance or --scale") from error
+        raise UsageError(f"--lower-left: {plan} {error}") from error
 
 
 def plan_source(given: InitOptions, plan: Path) -> PlanSource:
@@ -248,8 +263,8 @@ def plan_source(given: InitOptions, plan: Path) -> PlanSource:
     if given.distance is not None:
         x0, y0, x1, y1, metres = given.distance
         values["distance"] = {"from": (x0, y0), "to": (x1, y1), "metres": metres} | corner
-    if corner and values.keys().isdisjoint(("extent", "scale", "distance")):
-        raise UsageError("--lower-left: also pass --width-m, --height-m, --distance or --scale")
+    if given.lower_left is not None and given.point:
+        raise UsageError("--lower-left: --point places the plan already; pass one of them")
     return _made(PlanSource, values)
 
 

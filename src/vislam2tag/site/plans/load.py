@@ -227,7 +227,7 @@ def _refuse_size(extent: Bounds) -> None:
             "lines that are drawn far away"
         )
     if far := too_far(["a corner"], np.array([[max(map(abs, extent)), 0.0]])):
-        raise OSError(f"cannot be used: {far}")
+        raise OSError(f"cannot be used: {far}. For the plan, pass --lower-left 0,0")
 
 
 def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
