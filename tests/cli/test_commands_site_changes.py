@@ -14,6 +14,7 @@ import pytest
 from tests.cli.command import the_error, vislam2tag
 from tests.cli.three_plans import draw
 from tests.surveys import bytes_of
+from vislam2tag.pipeline.labels.walked_floors import floor_areas
 from vislam2tag.preparation.sheets.sheet_requests import requested_sheets
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import read_site
@@ -173,3 +174,31 @@ def test_floors_are_laid_on_top_of_each_other(site: Path, plans: Path) -> None:
     assert "the points fit to 0.05 m; lengths differ by 0.5%" in done.stdout
     frame = read_site(site)[0].floor(2).site_T_bcs
     assert frame @ np.array([(120.0, 55.0)]) == pytest.approx(np.array([(5.0, 0.05)]), abs=1e-3)
+
+
+@pytest.mark.usefixtures("undrawn_figures")
+def test_excluded_rooms_are_left_out_of_plan_and_coverage(site: Path, tmp_path: Path) -> None:
+    before = bytes_of(site)
+    done = vislam2tag("site", "set", site, "--exclude-room", "0.1")
+    assert "there is no room 0.1; the most similar name is 0.10" in the_error(done)
+    assert "--include-room 0.01: this room is not excluded" in the_error(
+        vislam2tag("site", "set", site, "--include-room", "0.01")
+    )
+    assert bytes_of(site) == before
+    done = vislam2tag("site", "set", site, "--exclude-room", "0.01", "--exclude-room", "0.07")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "floor 1: excluded_rooms changed" in done.stdout
+    words = ("--rooms", "--further", "0", "--spacing-m", "6", "--restart", "--out", tmp_path / "plan")
+    done = vislam2tag("plan", site, *words)
+    assert "no walk goes into the excluded rooms 0.01, 0.07" in done.stdout
+    plan = json.loads((tmp_path / "plan" / "plan.json").read_text())["floors"][0]
+    tour = np.array(plan["tour"]["line_m"])
+    places = np.array([(one["x_m"], one["y_m"]) for one in plan["landmarks"]])
+    floor = read_site(site)[0].floor(1)
+    for x0, y0, x1, y1 in ((0.3, 0.3, 7.7, 6.7), (8.3, 9.3, 15.7, 15.7)):
+        for points in (tour, places):
+            assert not ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1).any()
+    assert ((tour > (8.3, 0.3)) & (tour < (15.7, 6.7))).all(axis=1).any(), "the tour goes into other rooms"
+    assert not {"0.01", "0.07"} & set(floor_areas(floor, ()).names)
+    vislam2tag("site", "set", site, "--include-room", "0.01", "--include-room", "0.07")
+    assert bytes_of(site) == before

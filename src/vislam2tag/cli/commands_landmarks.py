@@ -119,6 +119,8 @@ def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> Non
         if floor.dropped:
             done = "were dropped" if given.write else "are not used, and --write drops them"
             say(f"floor {floor.floor}: planned landmarks {', '.join(floor.dropped)} {done}")
+        if floor.excluded_rooms:
+            say(f"floor {floor.floor}: no walk goes into the excluded rooms {', '.join(floor.excluded_rooms)}")
         for note in _notes(floor):
             say(f"floor {floor.floor}: {note}")
     for finding in result.findings:

@@ -40,6 +40,8 @@ class SetOptions:
     point: tuple[dict[str, list[float]], ...] = _as_in_init("point")
     unit_m: float | None = _as_in_init("unit_m")
     area: list[float] | str | None = _as_in_init("area")
+    exclude_room: tuple[str, ...] = option((), "Leave this room out of tours and coverage; repeatable.", metavar="NAME")
+    include_room: tuple[str, ...] = option((), "Let an excluded room count again; repeatable.", metavar="NAME")
     json: AsJson = False
 
 
@@ -59,11 +61,14 @@ def set_command(given: SetOptions) -> None:
           --elevation-m 3.6
       vislam2tag site set survey --floor 1 --width-m 73.8
       vislam2tag site set survey --floor 1 --lower-left 0,0
+      vislam2tag site set survey --floor 1 --exclude-room 'Server room'
     """
     placing = {name: getattr(given, name) for name in _PLACING if getattr(given, name) not in (None, ())}
     plan, notes = (None, []) if not placing and given.area is None else _other_plan(given, placing)
     corner = None if given.lower_left is None or placing else (given.lower_left[0], given.lower_left[1])
-    changes = api.FloorChanges(given.name, given.elevation_m, plan, corner)
+    changes = api.FloorChanges(
+        given.name, given.elevation_m, plan, corner, exclude_rooms=given.exclude_room, include_rooms=given.include_room
+    )
     done = api.site_set(given.site, given.floor, changes, given.building)
     done = api.SiteChange(done.done, (*notes, *done.notes), done.restart)
     _print_changed(done, given.site, given.json, "site set")

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath, read_json
+from vislam2tag.common.files.toml_file import first_problem
 from vislam2tag.common.findings import counted
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.transforms import Similarity2
@@ -43,6 +45,10 @@ class FloorChanges:
     """How its plan is read and placed."""
     lower_left_m: Point | None = None
     """Where the plan's lower left corner is, BCS metres; its size stays."""
+    exclude_rooms: tuple[str, ...] = ()
+    """Names of further rooms that tours and coverage leave out."""
+    include_rooms: tuple[str, ...] = ()
+    """Names of excluded rooms that count again."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +78,8 @@ def change_site(root: AnyPath, number: int | None, changes: FloorChanges, buildi
     if changes != FloorChanges():
         before = floor_part(root, site, number)
         after = _changed(root, site, before, changes)
+        excluded = _excluded(root, before, changes)
+        after = after.model_copy(update={"excluded_rooms": excluded})
         site = _with_part(site, before.number, after)
         names = [name for name, value in before if value != getattr(after, name)]
         done.append(f"floor {after.number}: {', '.join(names) or 'nothing'} changed")
@@ -110,10 +118,28 @@ def _changed(root: Path, site: SiteFile, part: FloorPart, changes: FloorChanges)
                 source = plan_moved(root / source.file, source, changes.lower_left_m)
         update["plan"] = source
     values = part.model_dump() | {name: value for name, value in update.items() if value is not None}
-    after = FloorPart.model_validate(values)
+    try:
+        after = FloorPart.model_validate(values)
+    except ValidationError as error:
+        raise UsageError(first_problem(error, FloorPart)) from error
     if after.plan != part.plan and after.plan is not None:
         check_plan(NewFloor(root / after.plan.file, after), site.georeference)
     return after
+
+
+def _excluded(root: Path, part: FloorPart, changes: FloorChanges) -> tuple[str, ...]:
+    """The excluded rooms of a floor; raises SurveyError or UsageError for a name that is none."""
+    for name in changes.include_rooms:
+        if name not in part.excluded_rooms:
+            there = ", ".join(part.excluded_rooms) or "no room"
+            raise UsageError(f"--include-room {name}: this room is not excluded; excluded are: {there}")
+    kept = [name for name in part.excluded_rooms if name not in changes.include_rooms]
+    excluded = tuple(dict.fromkeys((*kept, *changes.exclude_rooms)))
+    if changes.exclude_rooms:
+        from vislam2tag.site.rooms import rooms_of  # packages of extras
+
+        rooms_of(read_site(root, follow_links=True)[0].floor(part.number)).called(excluded)
+    return excluded
 
 
 def _after_placing(root: Path, before: FloorPart, after: FloorPart) -> tuple[list[str], bool]:

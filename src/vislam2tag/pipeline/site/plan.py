@@ -35,7 +35,7 @@ from vislam2tag.site.landmark_states import write_states
 from vislam2tag.site.links import refuse_outside_plan, shared_site, site_name, write_in_survey
 from vislam2tag.site.model import Floor, Site, landmark_id
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.rooms import FloorRooms, floor_rooms
+from vislam2tag.site.rooms import FloorRooms, boxes_of, floor_rooms, graph_without
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_table import LANDMARKS, read_site_table
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
@@ -124,7 +124,8 @@ def write_plans(
             ids = new_ids(len(design.place), first, taken)
             first = int(ids[-1]) + 1 if ids else first
             summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids, rooms)
-            summary = summary.model_copy(update={"dropped": dropped.get(floor.number, ())})
+            also = {"dropped": dropped.get(floor.number, ()), "excluded_rooms": floor.excluded_rooms}
+            summary = summary.model_copy(update=also)
             hanging = shown.landmarks.select([]) if request.ignore_existing else shown.landmarks.on_floor(floor.number)
             planned.append(PlannedFloor(shown.floor(floor.number), design, summary, hanging))
         result = PlanSummary(
@@ -189,6 +190,9 @@ def designed(
     space = walkable_space(plan, request.walkable, mask)
     graph = corridor_graph(space)
     rooms = floor_rooms(floor, plan, space, graph)
+    left_out = rooms.called(floor.excluded_rooms)
+    graph = graph_without(graph, rooms.areas, left_out)
+    given = replace(given, forbidden=np.vstack((given.forbidden, boxes_of(rooms.areas, left_out))))
     try:
         return plan_floor(space, graph, settings, given, progress), graph, rooms
     except SurveyError as error:

@@ -113,6 +113,8 @@ class FloorPlanRecord(Record):
     """What is doubtful of the walkable space: rooms that walls close off."""
     dropped: tuple[str, ...] = ()
     """Planned landmarks of the site that this plan replaces."""
+    excluded_rooms: tuple[str, ...] = ()
+    """Rooms that walks leave out."""
 
 
 class PlanSummary(Record):
