@@ -6,10 +6,11 @@ import json
 import shutil
 from pathlib import Path
 
-import ezdxf
 import numpy as np
 import polars as pl
 import pytest
+from ezdxf.entities import DXFGraphic
+from ezdxf.filemanagement import readfile
 
 from tests.cli.command import the_error, vislam2tag
 from tests.cli.three_plans import draw
@@ -74,16 +75,19 @@ def test_name_elevation_building_size_and_place_are_set(site: Path, plans: Path)
     assert json.loads(done.stdout)["done"][0] == "floor 2: plan changed"
     left, right, low, _ = read_site(site)[0].floor(2).extent_m or (0, 0, 0, 0)
     assert (left, right, low) == pytest.approx((5, 85, -2)), "another size keeps the corner and the part of the page"
-    assert read_site_file(site).floors[1].plan.area is not None
+    plan = read_site_file(site).floors[1].plan
+    assert plan is not None
+    assert plan.area is not None
     vislam2tag("site", "set", site, "--floor", "2", "--lower-left", "1,2")
     assert (read_site(site)[0].floor(2).extent_m or ())[::2] == pytest.approx((1, 2))
 
 
 def test_a_plan_with_coordinates_of_a_national_grid_gets_an_origin(site: Path, tmp_path: Path) -> None:
     drawing = tmp_path / "grid.dxf"
-    document = ezdxf.readfile(site / "floor_1" / "second.dxf")
-    for line in document.modelspace().query("LINE"):
-        line.translate(4_398_200_000, 5_600_000_000, 0)
+    document = readfile(site / "floor_1" / "second.dxf")
+    for drawn in document.modelspace():
+        if isinstance(drawn, DXFGraphic):
+            drawn.translate(4_398_200_000, 5_600_000_000, 0)
     document.saveas(drawing)
     shutil.copy(drawing, site / "floor_1" / "second.dxf")
     done = vislam2tag("site", "set", site, "--lower-left", "0,0")

@@ -191,6 +191,27 @@ class WallsRequest(FiniteRecord):
     write: bool = False
 
 
+class RoomsRequest(FiniteRecord):
+    """Rooms of a floor that tours leave out; with ``at``, the room there is left out, or counts again."""
+
+    floor: int
+    at: Point | None = None
+
+
+class ExcludedRoom(FiniteRecord):
+    """A room that tours leave out: its name, and ``rings`` around it, none if no one can walk into it."""
+
+    name: str
+    rings: list[list[Point]]
+
+
+class RoomsView(FiniteRecord):
+    """Rooms of a floor that tours leave out."""
+
+    floor: int
+    excluded: list[ExcludedRoom]
+
+
 class WallsView(FiniteRecord):
     """Walkable space of a floor: ``rings`` around it and its holes, the outer one first."""
 

@@ -177,7 +177,7 @@ class SheetPage:
         ]
         if self.request.position_m is not None:
             near = f" ({self.request.near})" if self.request.near else ""
-            parts.append("Place: x {:.2f} m, y {:.2f} m{}.".format(*self.request.position_m, near))
+            parts.append("Place: x {:.2f} m, y {:.2f} m".format(*self.request.position_m) + f"{near}.")
         return " ".join(parts)
 
 
