@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from ezdxf.entities import DXFGraphic
+from ezdxf.entities.dxfgfx import DXFGraphic
 from ezdxf.filemanagement import readfile
 
 from tests.cli.command import the_error, vislam2tag
@@ -153,6 +153,8 @@ def test_what_cannot_be_changed_leaves_all_files(site: Path, plans: Path) -> Non
         (("remove", site, "--floor", "1"), "out of the survey yourself first"),
         (("renumber", site, "2", "1"), "already has a floor 1; renumber or remove that one first"),
         (("renumber", site, "7", "8"), "--floor 7: "),
+        (("renumber", site, "2", "9999999"), "number: Input should be less than or equal to 999999"),
+        (("set", site, "--floor", "2", "--elevation-m", "nan"), "elevation_m: Input should be a finite number"),
         (("set", site), "nothing to change is given"),
         (("set", site, "--name", "A"), "--floor: the site has several floors (1, 2); choose one"),
         (("set", site, "--floor", "2", "--width-m", "3", "--height-m", "3"), "times as wide as high"),

@@ -32,7 +32,12 @@ class SetOptions:
     name: str | None = option(None, "Name of the floor.")
     elevation_m: float | None = option(None, "Height of the floor above the zero level.", metavar="METRES")
     building: str | None = option(None, "Name of the building.")
-    lower_left: list[float] | None = _as_in_init("lower_left")
+    lower_left: list[float] | None = option(
+        None,
+        "Building coordinates of the plan's lower left corner.",
+        metavar="X,Y",
+        parse=numbers(2, "X,Y in metres"),
+    )
     width_m: float | None = _as_in_init("width_m")
     height_m: float | None = _as_in_init("height_m")
     scale: float | None = _as_in_init("scale")

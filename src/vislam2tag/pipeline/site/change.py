@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -118,13 +118,17 @@ def _changed(root: Path, site: SiteFile, part: FloorPart, changes: FloorChanges)
                 source = plan_moved(root / source.file, source, changes.lower_left_m)
         update["plan"] = source
     values = part.model_dump() | {name: value for name, value in update.items() if value is not None}
-    try:
-        after = FloorPart.model_validate(values)
-    except ValidationError as error:
-        raise UsageError(first_problem(error, FloorPart)) from error
+    after = _valid_part(values)
     if after.plan != part.plan and after.plan is not None:
         check_plan(NewFloor(root / after.plan.file, after), site.georeference)
     return after
+
+
+def _valid_part(values: Mapping[str, object]) -> FloorPart:
+    try:
+        return FloorPart.model_validate(values)
+    except ValidationError as error:
+        raise UsageError(first_problem(error, FloorPart)) from error
 
 
 def _excluded(root: Path, part: FloorPart, changes: FloorChanges) -> tuple[str, ...]:
@@ -180,10 +184,11 @@ def renumber_floor(root: AnyPath, old: int, new: int) -> SiteChange:
     if plan is not None and folder is not None and (root / plan.file).is_relative_to(folder):
         inside = (root / plan.file).relative_to(folder).as_posix()
         plan = plan.model_copy(update={"file": f"{target.name}/{inside}"})
+    after = _valid_part(part.model_dump() | {"number": new, "plan": plan})
     for path, text in texts.items():
         write_in_survey(root, path, text)
     _move(root, folder, target.name)
-    write_site(root, _with_part(site, old, part.model_copy(update={"number": new, "plan": plan})))
+    write_site(root, _with_part(site, old, after))
     changed = [SITE_FILE]
     changed += [f"{(target if path.parent == folder else path.parent).name}/{path.name}" for path in texts]
     if corrections != corrections_text(root)[0]:

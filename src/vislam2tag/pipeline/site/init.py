@@ -75,7 +75,9 @@ def add_floor(
     site = read_site_file(root) if has_site_file(root) else None
     floors = () if site is None else site.floors
     if any(floor.number == new.part.number for floor in floors):
-        raise UsageError(f"--floor {new.part.number}: {root / SITE_FILE} already has that floor; edit it there")
+        raise UsageError(
+            f"--floor {new.part.number}: {root / SITE_FILE} already has that floor; change it with vislam2tag site set"
+        )
     earth = georeference or (None if site is None else site.georeference)
     check_plan(new, earth)
     inside = _inside(root, new)
