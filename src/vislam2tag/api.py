@@ -73,6 +73,8 @@ NAMES_BY_MODULE = {
     "pipeline.positioning.train": "TrainPlan TrainedModel train",
     "pipeline.run.selection": "ProcessChoices RunChoices Selection",
     "pipeline.run.workers": "Executor",
+    "pipeline.site.change": "FloorChanges SiteChange site_align=align_floor site_remove=remove_floor "
+    "site_renumber=renumber_floor site_set=change_site",
     "pipeline.site.init": "NewFloor site_init=add_floor",
     "pipeline.site.plan": "PlanRequest plan=write_plans",
     "pipeline.site.rebase": "site_rebase=rebase site_write=write_published",

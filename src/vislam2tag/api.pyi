@@ -109,6 +109,12 @@ from vislam2tag.pipeline.run.selection import ProcessChoices as ProcessChoices
 from vislam2tag.pipeline.run.selection import RunChoices as RunChoices
 from vislam2tag.pipeline.run.selection import Selection as Selection
 from vislam2tag.pipeline.run.workers import Executor as Executor
+from vislam2tag.pipeline.site.change import FloorChanges as FloorChanges
+from vislam2tag.pipeline.site.change import SiteChange as SiteChange
+from vislam2tag.pipeline.site.change import align_floor as _align_floor
+from vislam2tag.pipeline.site.change import change_site as _change_site
+from vislam2tag.pipeline.site.change import remove_floor as _remove_floor
+from vislam2tag.pipeline.site.change import renumber_floor as _renumber_floor
 from vislam2tag.pipeline.site.init import NewFloor as NewFloor
 from vislam2tag.pipeline.site.init import add_floor as _add_floor
 from vislam2tag.pipeline.site.plan import PlanRequest as PlanRequest
@@ -207,8 +213,12 @@ plan = _write_plans
 radio_maps = _write_radio_maps
 run = _run_survey
 sheets = _make_sheets
+site_align = _align_floor
 site_init = _add_floor
 site_rebase = _rebase
+site_remove = _remove_floor
+site_renumber = _renumber_floor
+site_set = _change_site
 site_show = _summarise_site
 site_walkable = _write_walkable
 site_write = _write_published

@@ -40,10 +40,7 @@ def test_a_second_plan_needs_no_landmark_and_sheets_warn_of_other_paper(site: Pa
     plan = ("plan", copied, "--further", "0", "--write", "--out", tmp_path / "plan")
     assert "the new landmarks were added" in vislam2tag(*plan).stdout
     done = vislam2tag(*plan, "--paper", "A3")
-    assert (
-        "no new landmark is needed: 6 are in the site already; to plan without them, pass --ignore-existing"
-        in done.stdout
-    )
+    assert "no new landmark is needed: 6 are in the site already; to plan again, pass --restart" in done.stdout
     assert f"next: vislam2tag sheets {copied} --out sheets" in done.stdout
     assert "were added" not in done.stdout
     sheets = ("sheets", copied, "--paper", "A3", "--ids", "1-2", "--out", tmp_path / "sheets")
@@ -52,6 +49,11 @@ def test_a_second_plan_needs_no_landmark_and_sheets_warn_of_other_paper(site: Pa
     assert warning in done.stdout
     assert warning in vislam2tag(*sheets, "--json").stderr
     assert f"then: vislam2tag register {copied} --click clicks.html" in done.stdout
+    done = vislam2tag(*plan[:-3], "--anew", "--out", tmp_path / "plan")
+    assert "floor 1: planned landmarks 1, 2, 3, 4, 5, 6 are not used, and --write drops them" in done.stdout
+    done = vislam2tag(*plan, "--restart")
+    assert "floor 1: planned landmarks 1, 2, 3, 4, 5, 6 were dropped" in done.stdout
+    assert len((copied / "floor_1" / "marker_dict.csv").read_text().splitlines()) == 7
 
 
 @pytest.mark.usefixtures("undrawn_figures")

@@ -219,7 +219,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--point", "1,2=3,4", "--point", "1,2=3,4"), "points are identical, so they give no scale"),
         (("--distance", "0,0,0,0,5"), "from and to are the same point"),
         (("--distance", "0,0,5"), "--distance 0,0,5: expected X,Y,X,Y,METRES"),
-        (("--unit-m", "0.05", "--lower-left", "1,1"), "--lower-left: also pass"),
+        (("--lower-left", "1,1"), "--lower-left: also pass"),
         (("--width-m", "20", "--height-m", "10", "--unit-m", "1"), "extent and unit_m are given; keep one of them"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: expected EPSG:CODE"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),

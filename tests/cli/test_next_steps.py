@@ -22,7 +22,7 @@ from vislam2tag.cli.next_steps import STEPS
 from vislam2tag.quality.evaluation.metrics import ErrorSummary
 
 NAMES = [name for group in COMMANDS.values() for name in group]
-OF_SITE = ("init", "show", "write", "rebase", "walkable")
+OF_SITE = ("init", "set", "renumber", "remove", "align", "show", "write", "rebase", "walkable")
 OF_FLEET = ("add", "list", "process", "status", "report")
 WHOLE_NAMES = [
     *(name for name in NAMES if name not in ("docs", "fleet", "site", "studio")),

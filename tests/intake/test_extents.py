@@ -9,9 +9,11 @@ import pytest
 from vislam2tag.common.findings import Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.intake.extents import (
+    FloorFit,
     fingerprint_findings,
     fingerprint_problem,
     floor_findings,
+    floor_fit,
     landmark_findings,
     refused_positions,
     too_far,
@@ -96,3 +98,19 @@ def test_single_positions_far_away_and_equal_positions_are_reported() -> None:
     assert [found.count for found in fingerprint_findings(rows(many))] == [1]
     (equal,) = fingerprint_findings(rows(np.tile(HALL[:1], (4, 1))))
     assert "all fingerprints have the same position" in equal.message
+
+
+@pytest.mark.parametrize(
+    ("other", "fit"),
+    [
+        ((0, 70.2, 0, 40.2), FloorFit.FITS),
+        ((0, 71.0, 0, 40.0), FloorFit.FITS),
+        ((0, 73.8, 0, 53.5), FloorFit.OTHER_SHAPE),
+        ((0, 35.1, 0, 20.1), FloorFit.OTHER_SIZE),
+        ((5, 73.8, 2, 53.5), FloorFit.FITS),
+        ((4_398_200, 4_398_270, 0, 40), FloorFit.APART),
+        ((0, 70.2, 41, 81), FloorFit.APART),
+    ],
+)
+def test_floors_of_a_building_are_above_each_other(other: tuple[float, float, float, float], fit: FloorFit) -> None:
+    assert floor_fit(other, (0, 70.2, 0, 40.2)) is fit

@@ -36,7 +36,7 @@ from vislam2tag.quality.evaluation.paper import PaperTable
 from vislam2tag.settings import Settings
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.plans.source import PlanSource
-from vislam2tag.views.click_pages import write_click_page, write_measure_page
+from vislam2tag.views.click_pages import write_align_page, write_click_page, write_measure_page
 from vislam2tag.views.dataset_page import dataset_page
 from vislam2tag.views.quality_pages import write_evaluation_page
 from vislam2tag.views.result_pages import (
@@ -133,6 +133,13 @@ def measure(folder: Path) -> Path:
     return folder / "page.html"
 
 
+def align(folder: Path) -> Path:
+    write_ring_site(folder / "site", (0, 1))
+    floor, onto = read_site(folder / "site")[0].floors
+    write_align_page(folder / "page.html", floor, onto, "vislam2tag site align site --floor 0 --onto 1")
+    return folder / "page.html"
+
+
 def receive(folder: Path) -> Path:
     text = (resources.files("vislam2tag.studio.receiving") / "page.html").read_text("utf-8")
     (folder / "page.html").write_text(text, encoding="utf-8")
@@ -152,6 +159,7 @@ PAGES = (
     site,
     click,
     measure,
+    align,
     receive,
     write_fleet_page,
     write_session_page,

@@ -94,7 +94,7 @@ MODULES = {
 """The commands in each module ``commands_NAME``."""
 OLD_NAMES = {
     "site init": {"--measure": "--click"},
-    "plan": {"--sheet": "--paper", "--anew": "--ignore-existing"},
+    "plan": {"--sheet": "--paper", "--anew": "--restart"},
     "sightings": {"--again": "--replace"},
     "simulate": {"--landmark-file": "--landmarks"},
     "label": {"--align": "--by"},

@@ -38,6 +38,7 @@ class PlanOptions:
     )
     forbid: Path | None = option(None, "Areas without landmarks: CSV with floor,x0,y0,x1,y1 in metres.", metavar="FILE")
     mask: Path | None = option(None, "Image for one --floor: green is walkable, red is not.", metavar="IMAGE")
+    restart: bool = option(False, "Drop the planned landmarks that were not measured, and plan again.")
     ignore_existing: bool = option(False, "Ignore the existing landmarks of the site. --write still adds to them.")
     rooms: bool | None = setting("plan.rooms", hidden=True)
     view_deg: tuple[float, float] | None = option(
@@ -59,8 +60,9 @@ def plan_command(given: PlanOptions) -> None:
     """Plan where to hang landmarks: as few as possible.
 
     Every walk passes a landmark after each critical turn, and never goes farther than a set distance without one.
-    Existing landmarks of the site stay where they are. New ones are planned on walls that a passer-by faces, away from
-    doors and corners, on sheets large enough to be recognised in passing.
+    Existing landmarks of the site stay where they are. --restart drops those that were planned and not measured. New
+    ones are planned on walls that a passer-by faces, away from doors and corners, on sheets large enough to be
+    recognised in passing.
 
     Writes P/landmarks.csv, the plan of each floor with a tour, a map of the expected label error, plan.json and
     index.html. See docs/explanation/planning.md for the method.
@@ -73,19 +75,21 @@ def plan_command(given: PlanOptions) -> None:
       vislam2tag plan site --out plan
       vislam2tag plan site --floor 3 --spacing-m 12 --paper A4 --out plan
       vislam2tag plan site --forbid glass.csv --first-id 101 --out plan --write
+      vislam2tag plan site --spacing-m 20 --restart --out plan --write
     """
     from vislam2tag.preparation.planning.floor import STEPS
 
     settings = settings_of(given.config, _settings(given), given.site)
     request = api.PlanRequest(
-        given.floor,
-        given.first_id,
-        given.ignore_existing,
-        given.forbid,
-        given.mask,
-        given.write,
-        settings.walkable,
-        given.follow_links,
+        floors=given.floor,
+        first_id=given.first_id,
+        ignore_existing=given.ignore_existing,
+        restart=given.restart,
+        forbidden=given.forbid,
+        mask=given.mask,
+        write=given.write,
+        walkable=settings.walkable,
+        follow_links=given.follow_links,
     )
     with interrupted_with(f"no plan was written to {given.out}"), session_bar("steps") as bar:
         steps = len(STEPS) + 1
@@ -112,13 +116,21 @@ def _print_plan(result: api.PlanSummary, given: PlanOptions, unmet: bool) -> Non
 
     _print_floors(result)
     for floor in result.floors:
+        if floor.dropped:
+            done = "were dropped" if given.write else "are not used, and --write drops them"
+            say(f"floor {floor.floor}: planned landmarks {', '.join(floor.dropped)} {done}")
+        if floor.excluded_rooms:
+            say(f"floor {floor.floor}: no walk goes into the excluded rooms {', '.join(floor.excluded_rooms)}")
         for note in _notes(floor):
             say(f"floor {floor.floor}: {note}")
     for finding in result.findings:
         say(f"{finding.severity}: {finding.file}: {finding.message}")
     new, fixed = (sum(map(len, each)) for each in zip(*((f.landmarks, f.fixed) for f in result.floors), strict=True))
     if not new and not unmet:
-        say(f"no new landmark is needed: {fixed} are in the site already; to plan without them, pass --ignore-existing")
+        say(
+            f"no new landmark is needed: {fixed} are in the site already; to plan again, pass --restart (without "
+            "planned landmarks) or --ignore-existing (without any)"
+        )
     elif given.write and new:
         say(
             "the new landmarks were added to the site's marker_dict.csv files as planned; mapping uses them after you "
@@ -173,10 +185,10 @@ def sheets_command(given: SheetsOptions) -> None:
     """Make landmark sheets to print: one page each, in true size.
 
     Each sheet has an image that phones recognise. SITE is a site folder or a landmark file such as landmarks.csv of
-    `plan`. Its columns are id, floor, x, y, z, sheet and width_m, and all but id are optional. Without SITE, name the
-    landmarks with --ids. An image depends only on the seed and the id, so that you can print a sheet again later. Each
-    image is tested. Unsuitable ones are replaced, and similar ones refused. With --images you use your own images.
-    Images that are too plain or too similar are refused.
+    `plan`. Its columns are id, floor, x, y, z, sheet, width_m, near, floor_name and building, and all but id are
+    optional. Without SITE, name the landmarks with --ids. An image depends only on the seed and the id, so that you can
+    print a sheet again later. Each image is tested. Unsuitable ones are replaced, and similar ones refused. With
+    --images you use your own images. Images that are too plain or too similar are refused.
 
     Writes OUT/sheets.pdf (print it at 100 %), OUT/images with manifest.csv for the phone app, and OUT/sheets.json. See
     docs/how-to/sheets.md for printing and docs/how-to/field-guide.md for hanging.

@@ -1,4 +1,4 @@
-"""``vislam2tag site``: init, show, write, rebase, walkable."""
+"""``vislam2tag site``: its commands, and show, write, rebase and walkable."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import api
+from vislam2tag.cli.commands_site_changes import align_command, remove_command, renumber_command, set_command
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, ConfigFile, Floors, FollowLinks, Replace, SiteFolder, setting, settings_of
 from vislam2tag.cli.progress import interrupted_with
@@ -244,8 +245,15 @@ def _print_walkable(found: tuple[api.WalkableFloor, ...], site: Path, out: Path)
 site_command = group(
     with_pages("Describe the building of a survey: floors, plans, coordinate frames (docs/how-to/site.md)."),
     ("init", "Create a site or add a floor.", init_command),
+    ("set", "Change a floor's name, or size and place of its plan.", set_command),
+    ("renumber", "Give a floor another number.", renumber_command),
+    ("remove", "Take a floor out of a site.", remove_command),
+    ("align", "Lay a floor on top of another one.", align_command),
     ("show", "Show the floors as a table or drawing.", show_command),
     ("write", "Write the site in the published layout.", write_command),
     ("rebase", "Move labels to a new plan or origin.", rebase_command),
     ("walkable", "Show the walkable space of the floors.", walkable_command),
 )
+for each in site_command.registered_commands:
+    if each.name == "renumber":  # its numbers may be negative, which look like options
+        each.context_settings = {"ignore_unknown_options": True}

@@ -13,6 +13,12 @@ STEPS: Mapping[str, str] = {
     "site init": "vislam2tag plan {site} --out plan --write\n"
     "or, without landmarks: add the walks, then: vislam2tag process {site} --out labels",
     "site init, measure": "open {page}, click two points, enter their distance, then run the command that it shows",
+    "site set": "vislam2tag site show {site}",
+    "site set, planned": "vislam2tag plan {site} --restart --out plan --write",
+    "site renumber": "vislam2tag site show {site}",
+    "site remove": "vislam2tag site show {site}",
+    "site align": "vislam2tag site show {site}",
+    "site align, page": "open {page}, click two places on both floors, then run the command that it shows",
     "site show": "vislam2tag plan {site} --out plan --write",
     "site show, no plan": "add the plan of each floor as floor_K/floorplan.jpg, then: vislam2tag site show {site}",
     "site write": "vislam2tag site show {out}",

@@ -31,7 +31,7 @@ _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _POINT = "PX,PY=X,Y: the plan's own coordinates, then metres"
 
 
-def _numbers(count: int, form: str) -> Callable[[str, str], list[float]]:
+def numbers(count: int, form: str) -> Callable[[str, str], list[float]]:
     """Return a function that reads ``count`` numbers separated by commas."""
 
     def read(text: str, name: str) -> list[float]:
@@ -50,7 +50,7 @@ def _found(text: str) -> list[float] | None:
 
 def _area(text: str, name: str) -> list[float] | str:
     form = "X,Y,X,Y, two opposite corners in the plan's units, or page"
-    return text if text == _PAGE else _numbers(4, form)(text, name)
+    return text if text == _PAGE else numbers(4, form)(text, name)
 
 
 def _scale(text: str, name: str) -> float:
@@ -62,7 +62,7 @@ def _scale(text: str, name: str) -> float:
 
 def _point(text: str, name: str) -> dict[str, list[float]]:
     plan, _, bcs = text.partition("=")
-    read = _numbers(2, _POINT)
+    read = numbers(2, _POINT)
     return {"plan": read(plan, name), "bcs_m": read(bcs, name)}
 
 
@@ -115,7 +115,7 @@ class InitOptions:
         None,
         "Building coordinates of the plan's lower left corner.  [default: 0,0]",
         metavar="X,Y",
-        parse=_numbers(2, "X,Y in metres"),
+        parse=numbers(2, "X,Y in metres"),
     )
     point: tuple[dict[str, list[float]], ...] = option(
         (), "A point in plan units and in building coordinates; pass two.", metavar="PX,PY=X,Y", parse=_point
@@ -124,7 +124,7 @@ class InitOptions:
         None,
         "Two points of the plan and their distance.",
         metavar="X,Y,X,Y,METRES",
-        parse=_numbers(5, "X,Y,X,Y,METRES, the points in the plan's units"),
+        parse=numbers(5, "X,Y,X,Y,METRES, the points in the plan's units"),
     )
     scale: float | None = option(
         None, "Scale on paper of a PDF, or of an SVG in mm, cm, in, pt or pc.", metavar="1:N", parse=_scale
@@ -215,16 +215,31 @@ def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]
 
     if is_competition_floor(plan):
         return competition_floor(plan, given.floor), []
-    source = _source(given, plan)
+    source = plan_source(given, plan)
     if given.click is not None:
         _measure(given, plan, source, given.click)
     source, notes = settled_source(plan, source, whole=given.area == _PAGE, stretch=given.stretch)
+    if given.lower_left is not None:
+        source = _with_corner(plan, source, given.lower_left)
     number = 1 if given.floor is None else given.floor
     values = {"number": number, "name": given.name, "elevation_m": given.elevation_m, "plan": source}
     return api.NewFloor(plan, _made(FloorPart, values)), notes
 
 
-def _source(given: InitOptions, plan: Path) -> PlanSource:
+def _with_corner(plan: Path, source: PlanSource, lower_left_m: list[float]) -> PlanSource:
+    """Place the plan's lower left corner, also of a plan with a scale of its own."""
+    from vislam2tag.site.plans.drawing import NO_SCALE
+    from vislam2tag.site.plans.load import plan_moved
+
+    try:
+        return plan_moved(plan, source, (lower_left_m[0], lower_left_m[1]))
+    except OSError as error:
+        if str(error) == NO_SCALE:
+            raise UsageError("--lower-left: also pass --width-m, --height-m, --distance or --scale") from error
+        raise UsageError(f"--lower-left: {plan} {error}") from error
+
+
+def plan_source(given: InitOptions, plan: Path) -> PlanSource:
     """How to read the plan; raises UsageError for options that contradict each other."""
     from vislam2tag.site.plans.source import PlanSource
 
@@ -246,8 +261,8 @@ def _source(given: InitOptions, plan: Path) -> PlanSource:
     if given.distance is not None:
         x0, y0, x1, y1, metres = given.distance
         values["distance"] = {"from": (x0, y0), "to": (x1, y1), "metres": metres} | corner
-    if corner and values.keys().isdisjoint(("extent", "scale", "distance")):
-        raise UsageError("--lower-left: also pass --width-m, --height-m, --distance or --scale")
+    if given.lower_left is not None and given.point:
+        raise UsageError("--lower-left: --point places the plan already; pass one of them")
     return _made(PlanSource, values)
 
 

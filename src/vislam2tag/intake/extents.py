@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum, auto
 
 import numpy as np
 import polars as pl
@@ -56,6 +57,12 @@ MIN_POINTS = 3
 MAX_RATIO = 30.0
 """No floor is so many times as long as another one of its building, or as what its landmarks span. The factor is 39 for
 inches and 100 for centimetres."""
+SAME_CORNER_M = 0.01
+"""Plans without known points or coordinates of their own begin at the same corner."""
+SIZE_TOLERANCE = 0.03
+"""Sizes are rounded to half a metre, and outer walls differ from floor to floor."""
+Box = tuple[float, float, float, float]
+"""Left, right, lower and upper edge, metres."""
 _MAX_FAR_SHARE = 0.1
 """If more of the positions are far from all others, they are not single errors."""
 
@@ -82,6 +89,32 @@ def floor_findings(file: str, sides_m: dict[int, tuple[float, float]]) -> list[F
         )
         found.append(Finding(kind="implausible_extent", file=file, count=2, message=message))
     return found
+
+
+class FloorFit(Enum):
+    """How a floor fits another one of its building."""
+
+    FITS = auto()
+    APART = auto()
+    """They are not above each other: their plans have different origins."""
+    OTHER_SIZE = auto()
+    """Same corner and shape, another size: one of the scales is wrong."""
+    OTHER_SHAPE = auto()
+    """Same corner, another size and shape: the drawings may begin at different places."""
+
+
+def floor_fit(one: Box, other: Box) -> FloorFit:
+    """Compare two floors by left, right, lower and upper edge in their shared frame, metres."""
+    if one[0] > other[1] or other[0] > one[1] or one[2] > other[3] or other[2] > one[3]:
+        return FloorFit.APART
+    ratios = [(one[end] - one[start]) / (other[end] - other[start]) for start, end in ((0, 1), (2, 3))]
+    if max(abs(one[0] - other[0]), abs(one[2] - other[2])) > SAME_CORNER_M or not any(map(_is_other_size, ratios)):
+        return FloorFit.FITS
+    return FloorFit.OTHER_SHAPE if _is_other_size(ratios[0] / ratios[1]) else FloorFit.OTHER_SIZE
+
+
+def _is_other_size(ratio: float) -> bool:
+    return max(ratio, 1 / ratio) > 1 + SIZE_TOLERANCE
 
 
 def landmark_findings(floor: int, position: FloatArray, plan_m: tuple[float, float] | None) -> list[Finding]:

@@ -67,6 +67,7 @@ def _floor(root: Path, folder: Path, part: FloorPart, earth: Georeference | None
         source=part.plan,
         mask=file_in(folder, MASK_FILE),
         rooms=file_in(folder, ROOMS_FILE),
+        excluded_rooms=part.excluded_rooms,
         georeference=georeference,
         site_T_bcs=site_T_bcs,
     )

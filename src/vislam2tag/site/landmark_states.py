@@ -118,20 +118,25 @@ def states_text(rows: Iterable[StateRow]) -> str:
     return csv_rows((COLUMNS, *((row.landmark, row.state.value, row.source, row.x_m, row.y_m) for row in rows)))
 
 
-def updated_states_text(root: Path, folder: Path, rows: Sequence[StateRow]) -> str:
+def updated_states_text(root: Path, folder: Path, rows: Sequence[StateRow], dropped: Collection[str] = ()) -> str:
     """The text of the states of a floor folder with these in place of the former ones of their landmarks.
 
-    Raises OutputError where the file there cannot be read as a whole: its rows would be lost.
+    Rows of ``dropped`` landmarks are left out. Raises OutputError where the file there cannot be read as a whole: its
+    rows would be lost.
     """
     known, problems = read_states(root, folder)
     if problems:
         raise OutputError(f"{folder / STATES_FILE}: {problems[0].message}; nothing was written")
-    return states_text({**known, **{row.landmark: row for row in rows}}.values())
+    kept = {name: row for name, row in known.items() if name not in dropped}
+    return states_text({**kept, **{row.landmark: row for row in rows}}.values())
 
 
-def write_states(root: Path, folder: Path, rows: Sequence[StateRow]) -> None:
-    """Write the states of some landmarks of a floor folder; those of others stay. Raises OutputError if it cannot."""
-    write_in_survey(root, folder / STATES_FILE, updated_states_text(root, folder, rows))
+def write_states(root: Path, folder: Path, rows: Sequence[StateRow], dropped: Collection[str] = ()) -> None:
+    """Write the states of some landmarks of a floor folder; those of others stay, except ``dropped`` ones.
+
+    Raises OutputError if it cannot.
+    """
+    write_in_survey(root, folder / STATES_FILE, updated_states_text(root, folder, rows, dropped))
 
 
 def changed_states_text(root: Path, folder: Path, change: FrameChange) -> str | None:

@@ -125,6 +125,8 @@ class Floor:
     """Image of corrections of where the floor can be walked, where its folder has one."""
     rooms: Path | None = None
     """Table of its rooms' names, where its folder has one."""
+    excluded_rooms: tuple[str, ...] = ()
+    """Names of rooms in which no one walks for the survey: tours and coverage leave them out."""
     site_T_bcs: Similarity2 = field(default_factory=Similarity2.identity)
     """From this floor's BCS to the frame that all floors of the site share; its scale is 1."""
     stored_plan: StoredFile | None = None

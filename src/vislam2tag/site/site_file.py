@@ -87,6 +87,8 @@ class FloorPart(Record):
     elevation_m: _Metres | None = None
     site_T_bcs: Relation = Relation()
     """The floor's BCS in the frame that all floors share."""
+    excluded_rooms: tuple[str, ...] = ()
+    """Names of rooms that tours and coverage leave out."""
     plan: PlanSource | None = None
 
 

@@ -207,6 +207,16 @@ def _plan_landmarks(workspace: Workspace, worker: Worker, body: preparing.PlanWi
     return worker.do(make_plan, next(_PLANS), workspace.root, body, workspace.settings)
 
 
+@endpoint("POST", "/api/prepare/rooms")
+def _rooms(workspace: Workspace, worker: Worker, body: preparing.RoomsRequest) -> preparing.RoomsView:
+    from vislam2tag.studio.planning import excluded_rooms
+
+    found = worker.do(excluded_rooms, workspace.root, body, workspace.settings.walkable)
+    if body.at is not None:
+        workspace.refresh()
+    return found
+
+
 @endpoint("POST", "/api/prepare/plans/change")
 def _change(worker: Worker, body: preparing.PlanChange) -> preparing.PlannedView:
     from vislam2tag.studio.planning import change_plan

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,16 @@ from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.pipeline.site.plan import PlanRequest, add_to_site, constraints_of, designed
+from vislam2tag.pipeline.site.change import FloorChanges, change_site
+from vislam2tag.pipeline.site.plan import (
+    PlanRequest,
+    add_to_site,
+    constraints_of,
+    designed,
+    ids_in_use,
+    planned_landmarks_of,
+    without_landmarks,
+)
 from vislam2tag.pipeline.site.register import floor_of
 from vislam2tag.preparation.planning.floor import ChangedPlan
 from vislam2tag.preparation.planning.prediction import mean_error_m
@@ -28,12 +38,14 @@ from vislam2tag.site.floors import MASK_FILE
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.rooms import FloorRooms, rooms_of
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import plan_grid
 from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
-from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space, wall_segments
 from vislam2tag.studio import preparing
 from vislam2tag.studio.layers.walkable import rings_of
+from vislam2tag.studio.messages import Point
 from vislam2tag.studio.workspace import beside, plan_stamp
 
 KEPT = 4
@@ -50,13 +62,15 @@ class _Plan:
         asked: dict[str, object] = {"spacing_m": wish.spacing_m, "rooms": wish.rooms, "further": 0}
         asked |= {"sheets": tuple(sheet_size(name).name for name in wish.sheets)}
         self.settings = PlanSettings.model_validate(settings.plan.model_dump() | asked)
-        given = constraints_of(site, self.floor)
-        design, graph = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
+        self.dropped = planned_landmarks_of(site, [wish.floor]) if wish.restart else {}
+        kept = without_landmarks(site, self.dropped)
+        given = constraints_of(kept, self.floor)
+        design, graph, self.rooms = designed(self.floor, PlanRequest(walkable=settings.walkable), self.settings, given)
         self.changed = ChangedPlan(design, graph)
-        self.taken = site.landmarks.ids
+        self.taken = ids_in_use(root, kept, site.landmarks.ids)
         self.fewest = len(design.place)
         ids = self.ids(self.fewest, [])
-        self.record = floor_summary(design, self.floor.number, self.floor.name, ids)
+        self.record = floor_summary(design, self.floor.number, self.floor.name, ids, self.rooms)
 
     def ids(self, count: int, held: list[preparing.HeldLandmark]) -> list[str]:
         """Ids for ``count`` new landmarks."""
@@ -91,7 +105,8 @@ class _Plan:
         """The plan with these landmarks as ``vislam2tag plan`` writes it."""
         design = self.changed.designed(_places(held))
         ids = [one.id for one in held]
-        record = floor_summary(design, self.floor.number, self.floor.name, ids)
+        record = floor_summary(design, self.floor.number, self.floor.name, ids, self.rooms)
+        record = record.model_copy(update={"dropped": self.dropped.get(self.floor.number, ())})
         return PlanSummary(version=__version__, settings=self.settings, floors=(record,), findings=())
 
 
@@ -141,6 +156,38 @@ def _plan(number: int) -> _Plan:
     if number not in _plans:
         raise OutputError("the plan is no longer available; plan again")
     return _plans[number]
+
+
+def excluded_rooms(root: Path, request: preparing.RoomsRequest, settings: WalkableSettings) -> preparing.RoomsView:
+    """The excluded rooms of a floor, after the room at a point was excluded or included.
+
+    Raises UsageError if there is no room with a name, OutputError if the site cannot be written.
+    """
+    _, floor = floor_of(root, request.floor)
+    rooms, names = rooms_of(floor, settings), floor.excluded_rooms
+    if request.at is not None:
+        name = _room_at(rooms, request.at)
+        same = tuple(each for each in names if rooms.called((each,))[rooms.areas.at(np.array(request.at))].any())
+        change_site(root, floor.number, FloorChanges(exclude_rooms=() if same else (name,), include_rooms=same))
+        names = tuple(each for each in names if each not in same) + (() if same else (name,))
+    excluded = [preparing.ExcludedRoom(name=name, rings=_rings(rooms, name)) for name in names]
+    return preparing.RoomsView(floor=floor.number, excluded=excluded)
+
+
+def _room_at(rooms: FloorRooms, place_m: Point) -> str:
+    """The name of the room at a place; raises UsageError if there is none."""
+    area = int(rooms.areas.at(np.array(place_m))[0])
+    if area < 0 or not rooms.areas.is_room[area]:
+        raise UsageError("there is no room behind a door at this place; click inside a room")
+    if not rooms.areas.names[area]:
+        raise UsageError("this room has no name; write name, x and y of it into rooms.csv of the floor, then try again")
+    return rooms.areas.names[area]
+
+
+def _rings(rooms: FloorRooms, name: str) -> list[list[Point]]:
+    mask = rooms.areas.space.area.mask & np.isin(rooms.areas.number, np.flatnonzero(rooms.called((name,))))
+    area = replace(rooms.areas.space.area, mask=mask)
+    return rings_of(WalkableSpace(area, wall_segments(area))) if mask.any() else []
 
 
 _last_plan: dict[str, FloorPlan] = {}

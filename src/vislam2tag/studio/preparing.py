@@ -16,6 +16,7 @@ from pydantic import Field
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.records import FiniteRecord
+from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
 from vislam2tag.preparation.registration.record import Registration
 from vislam2tag.site.model import portable_name
@@ -78,6 +79,8 @@ class PlanWish(FiniteRecord):
     rooms: bool
     sheets: Annotated[list[str], Field(min_length=1, max_length=6)]
     number: Annotated[int, Field(ge=0, le=500)] | None = None
+    restart: bool = False
+    """Whether planned landmarks that were not measured are dropped."""
 
 
 class HeldLandmark(FiniteRecord):
@@ -188,6 +191,27 @@ class WallsRequest(FiniteRecord):
     write: bool = False
 
 
+class RoomsRequest(FiniteRecord):
+    """Rooms of a floor that tours leave out; with ``at``, the room there is left out, or counts again."""
+
+    floor: int
+    at: Point | None = None
+
+
+class ExcludedRoom(FiniteRecord):
+    """A room that tours leave out: its name, and ``rings`` around it, none if no one can walk into it."""
+
+    name: str
+    rings: list[list[Point]]
+
+
+class RoomsView(FiniteRecord):
+    """Rooms of a floor that tours leave out."""
+
+    floor: int
+    excluded: list[ExcludedRoom]
+
+
 class WallsView(FiniteRecord):
     """Walkable space of a floor: ``rings`` around it and its holes, the outer one first."""
 
@@ -292,7 +316,7 @@ def add_dropped(workspace: Workspace, dropped: DroppedFiles, body: FloorRequest)
     source, notes = settled_source(path, asked, whole=body.whole)
     add_floor(workspace.root, NewFloor(path, body.part.model_copy(update={"plan": source})))
     workspace.refresh()
-    return AddedFloor(floor=body.part.number, notes=notes)
+    return AddedFloor(floor=body.part.number, notes=[*notes, *floor_fit_notes(workspace.root, body.part.number)])
 
 
 @endpoint("POST", "/api/prepare/positions")

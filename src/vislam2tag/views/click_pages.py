@@ -44,6 +44,27 @@ def write_click_page(
 _SIDE_PX = 2400
 
 
+def write_align_page(out_file: Path, floor: Floor, onto: Floor, command: str) -> None:
+    """Write the page of two floors on top of each other. Clicks add common points to ``command``.
+
+    Raises SurveyError if a floor has no usable plan, OutputError if the page cannot be written.
+    """
+    onto_T_floor = onto.site_T_bcs.inverse.compose(floor.site_T_bcs)
+    floors = []
+    for each in (floor, onto):
+        plan, buffer = floor_plan(each, _SIDE_PX), io.BytesIO()
+        Image.fromarray(plan.image).save(buffer, "PNG", optimize=True)
+        floors.append({"name": each.name, "extent_m": plan.extent_m, "image": data_uri(buffer.getvalue())})
+    a, b = onto_T_floor.a, onto_T_floor.b
+    data = {"floors": floors, "turn": [a.real, a.imag], "shift": [b.real, b.imag], "command": command}
+    context = {
+        "title": f"{floor.name} on top of {onto.name}: Click two common points",
+        "names": (floor.name, onto.name),
+        "data": embedded(json.dumps(data)),
+    }
+    write_page(out_file, "align.html.j2", context)
+
+
 def write_measure_page(out_file: Path, plan: Path, source: PlanSource, command: str) -> None:
     """Write the page of a plan. Clicks add an option for distance or area to ``command``.
 

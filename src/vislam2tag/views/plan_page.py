@@ -55,8 +55,9 @@ class PlannedMap:
         return site_figure(self.floor, self.hanging, image, [_tour(plan)], [_sheets(plan.landmarks)])
 
     def near(self, landmark: PlannedLandmark) -> str:
-        """Location of a sheet relative to existing landmarks; empty if there are none."""
-        return near_landmarks(self.hanging, self.floor.number, (landmark.x_m, landmark.y_m))
+        """Location of a sheet relative to rooms with names and existing landmarks; empty if there are none."""
+        hanging = near_landmarks(self.hanging, self.floor.number, (landmark.x_m, landmark.y_m))
+        return ", ".join(filter(None, (landmark.near, hanging)))
 
 
 def write_plan_page(out_file: Path, summary: PlanSummary, maps: Mapping[int, PlannedMap]) -> None:

@@ -58,5 +58,7 @@ export type RegisterWish = Schemas['RegisterRequest'];
 export type Registered = Schemas['RegistrationView'];
 export type WallsWish = Schemas['WallsRequest'];
 export type Walls = Schemas['WallsView'];
+export type RoomsWish = Schemas['RoomsRequest'];
+export type Rooms = Schemas['RoomsView'];
 export type Stroke = Schemas['Stroke'];
 export type FleetView = Schemas['FleetView'];

@@ -372,6 +372,22 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/prepare/rooms": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_rooms"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/prepare/sheets": {
         parameters: {
             query?: never;
@@ -1031,6 +1047,19 @@ export interface components {
             y: number | null;
         };
         /**
+         * ExcludedRoom
+         * @description A room that tours leave out: its name, and ``rings`` around it, none if no one can walk into it.
+         */
+        ExcludedRoom: {
+            /** Name */
+            name: string;
+            /** Rings */
+            rings: [
+                number,
+                number
+            ][][];
+        };
+        /**
          * Extent
          * @description What the whole plan covers, or its ``area``; where one side is not given, it follows from the plan's shape.
          */
@@ -1301,6 +1330,11 @@ export interface components {
              * @default null
              */
             elevation_m: number | null;
+            /**
+             * Excluded Rooms
+             * @default []
+             */
+            excluded_rooms: string[];
             /**
              * Name
              * @default
@@ -1668,6 +1702,11 @@ export interface components {
             /** @default null */
             distance: components["schemas"]["ScaleDistance"] | null;
             /**
+             * Doors
+             * @default []
+             */
+            doors: string[];
+            /**
              * Epsg
              * @default null
              */
@@ -1676,6 +1715,11 @@ export interface components {
             extent: components["schemas"]["Extent"] | null;
             /** File */
             file: string;
+            /**
+             * Ignore
+             * @default []
+             */
+            ignore: string[];
             /**
              * Layers
              * @default []
@@ -1724,6 +1768,11 @@ export interface components {
              * @default null
              */
             number: number | null;
+            /**
+             * Restart
+             * @default false
+             */
+            restart: boolean;
             /** Rooms */
             rooms: boolean;
             /** Sheets */
@@ -2222,6 +2271,32 @@ export interface components {
             off_m: number;
             /** Sigmas */
             sigmas: number;
+        };
+        /**
+         * RoomsRequest
+         * @description Rooms of a floor that tours leave out; with ``at``, the room there is left out, or counts again.
+         */
+        RoomsRequest: {
+            /**
+             * At
+             * @default null
+             */
+            at: [
+                number,
+                number
+            ] | null;
+            /** Floor */
+            floor: number;
+        };
+        /**
+         * RoomsView
+         * @description Rooms of a floor that tours leave out.
+         */
+        RoomsView: {
+            /** Excluded */
+            excluded: components["schemas"]["ExcludedRoom"][];
+            /** Floor */
+            floor: number;
         };
         /**
          * ScaleDistance
@@ -3528,6 +3603,39 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["RegistrationView"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_rooms: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["RoomsRequest"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["RoomsView"];
                 };
             };
             /** @description refused */

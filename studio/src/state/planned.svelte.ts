@@ -1,8 +1,8 @@
 // Planned landmarks, which can be dragged: the map of the error to expect follows, of several changes the latest counts.
 import type Feature from 'ol/Feature';
 import * as api from '../api/client';
-import type { PlanChange, PlanWish, Planned as View } from '../api/model';
-import { plannedFeature } from '../map/marks';
+import type { PlanChange, PlanWish, Planned as View, Rooms } from '../api/model';
+import { areaFeature, plannedFeature } from '../map/marks';
 import { pictureOf } from '../map/raster';
 import { choice } from './choice.svelte';
 import { type Draft, paintedDraft } from './drafts.svelte';
@@ -22,6 +22,8 @@ export type PlanDraft = Draft<Kept | null>;
 /** The plan of a floor that is not written; `address` is that of the floor's plan, which changes with it. */
 export const plannedOn = (floor: number, address: string): PlanDraft => paintedDraft<Kept | null>('landmarks', String(floor), null, address);
 
+const EXCLUDED = '#57606a';
+
 class Planned {
   view = $state.raw<View | null>(null);
   /** What was expected when the plan was made. */
@@ -30,6 +32,9 @@ class Planned {
   chosen = $state<string | null>(null);
   dragging = $state(false);
   draft = $state.raw<PlanDraft | null>(null);
+  rooms = $state.raw<Rooms | null>(null);
+  /** Whether a click on the map leaves a room out, or lets it count again. */
+  choosing = $state(false);
 
   /** Sigmas of the two ends of the colours (m). */
   ends = $derived<[number, number]>([0, Math.max(0.2, Math.ceil(Math.max(...(this.first?.sigma_cm ?? [])) / 10) / 10)]);
@@ -97,6 +102,11 @@ export async function showAgain(draft: PlanDraft): Promise<boolean> {
   return known || planned.draft !== draft || again((await api.plan(kept.wish)).plan);
 }
 
+/** Leave out the room at a place, or let it count again; without a place only look. */
+export async function excludeRoom(floor: number, at: Place | null): Promise<void> {
+  planned.rooms = await api.rooms({ floor, at });
+}
+
 function begin(): Held {
   const { landmarks } = planned.view!;
   planned.past = [...planned.past, landmarks];
@@ -138,12 +148,18 @@ export function forgetPlan(draft: PlanDraft): void {
 
 /** Show the plan on the map; to be called in an effect. `failed` hears of what goes wrong while one is dragged. */
 export function showPlan(dark: boolean, attempt: (work: () => Promise<void>) => Promise<unknown>): void {
-  const { view, ends, chosen } = planned;
-  if (!view || view.floor !== choice.floor) return overlay.clear();
+  const { view, ends, chosen, rooms, choosing } = planned;
+  const floor = choice.floor;
+  const excluded = rooms?.floor === floor ? rooms.excluded.filter(({ rings }) => rings.length).map(({ rings }) => areaFeature(rings, EXCLUDED)) : [];
+  overlay.clicked = choosing ? (at) => void attempt(() => excludeRoom(floor, at)) : null;
+  if (!view || view.floor !== floor) {
+    [overlay.pictures, overlay.features] = [[], excluded];
+    return;
+  }
   const cells = Float32Array.from(view.sigma_cm, (value) => (value < 0 ? NaN : value / 100));
   overlay.pictures = [pictureOf({ floor: view.floor, extent: view.extent_m, rows: view.rows, columns: view.columns, cells }, ends, null)];
   if (planned.dragging) return; // the feature that is being dragged must stay
-  overlay.features = view.landmarks.map((landmark): Feature => {
+  const marks = view.landmarks.map((landmark): Feature => {
     const feature = plannedFeature(landmark, landmark.id === chosen, dark);
     let before: Held | null = null;
     feature.set('press', () => (planned.chosen = landmark.id));
@@ -155,4 +171,5 @@ export function showPlan(dark: boolean, attempt: (work: () => Promise<void>) => 
     });
     return feature;
   });
+  overlay.features = [...excluded, ...marks];
 }

@@ -50,7 +50,7 @@ def test_a_plan_is_drawings_lists_a_summary_and_a_page(planned: Path) -> None:
     assert floor.number == floor.bound == len(floor.landmarks) == 6
     assert [landmark.id for landmark in summary.landmarks] == ["1", "2", "3", "4", "5", "6"]
     lines = (planned / "landmarks.csv").read_text().splitlines()
-    assert lines[0] == "id,floor,x,y,z,heading_rad,sheet,width_m"
+    assert lines[0] == "id,floor,x,y,z,heading_rad,sheet,width_m,near,floor_name,building"
     assert len(lines) == 7
     with Image.open(planned / "floor_1.plan.png") as image:
         assert np.asarray(image.convert("L")).std() > 5
@@ -82,6 +82,32 @@ def test_landmarks_written_into_the_site_are_fixed_the_next_time(tmp_path: Path)
     assert (root / "floor_1" / "marker_dict.csv").read_text() == text
     again = write_plans(root, tmp_path / "anew", SETTINGS, PlanRequest(ignore_existing=True, first_id=5))
     assert not {landmark.id for landmark in again.landmarks} & set(landmarks.ids)
+
+
+@pytest.mark.usefixtures("undrawn_figures")
+def test_a_restarted_plan_drops_planned_landmarks_and_keeps_measured_ones(tmp_path: Path) -> None:
+    root = write_ring_site(tmp_path / "site")
+    folder = root / "floor_1"
+    folder.mkdir(exist_ok=True)
+    (folder / "marker_dict.csv").write_text("id,x,y,note\nmain,10.0,0.1,door\n")
+    first = write_plans(root, tmp_path / "plan", SETTINGS, PlanRequest(write=True))
+    before = (folder / "marker_dict.csv").read_text()
+    wide = SETTINGS.model_copy(update={"spacing_m": 40.0})
+    shown = write_plans(root, tmp_path / "plan", wide, PlanRequest(restart=True))
+    assert (folder / "marker_dict.csv").read_text() == before
+    again = write_plans(root, tmp_path / "plan", wide, PlanRequest(restart=True, write=True))
+    dropped = tuple(landmark.id for landmark in first.landmarks)
+    assert shown.floors[0].dropped == again.floors[0].dropped == dropped
+    assert again.floors[0].fixed == ("main",)
+    assert 0 < len(again.landmarks) < len(first.landmarks)
+    assert again.landmarks[0].id == "1"
+    landmarks = read_site(root)[0].landmarks
+    assert landmarks.ids == ("main", *(landmark.id for landmark in again.landmarks))
+    assert landmarks.planned_ids == landmarks.ids[1:]
+    assert "main,10.0,0.1,door" in (folder / "marker_dict.csv").read_text()
+    (folder / "phone" / "walk").mkdir(parents=True)
+    walked = write_plans(root, tmp_path / "plan", SETTINGS, PlanRequest(restart=True))
+    assert not {one.id for one in walked.landmarks} & {one.id for one in again.landmarks}  # a walk may have seen those
 
 
 @pytest.mark.usefixtures("undrawn_figures")

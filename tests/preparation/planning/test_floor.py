@@ -21,7 +21,7 @@ from vislam2tag.preparation.planning.corridors import typical_walks
 from vislam2tag.preparation.planning.demands import broken_spacing
 from vislam2tag.preparation.planning.floor import STEPS, ChangedPlan, FloorConstraints, FloorDesign, plan_floor
 from vislam2tag.preparation.planning.prediction import expected_on_walks, mean_error_m
-from vislam2tag.preparation.planning.records import COLUMNS, floor_summary, landmarks_text, new_ids
+from vislam2tag.preparation.planning.records import COLUMNS, PlanSummary, floor_summary, landmarks_text, new_ids
 from vislam2tag.preparation.planning.refine import further_landmarks, sigma_map
 from vislam2tag.preparation.planning.settings import ASIDE_M, CameraSettings, PlanSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
@@ -144,7 +144,7 @@ def test_the_summary_says_what_the_plan_is(design: FloorDesign) -> None:
         # Who faces the sheet looks along -normal and has the X axis on the right.
         looking = -design.places.normal[row]
         assert looking[0] * right[1] - looking[1] * right[0] == pytest.approx(-1.0, abs=1e-3)
-    lines = landmarks_text(summary.landmarks).splitlines()
+    lines = landmarks_text(PlanSummary(version="", settings=SETTINGS, floors=(summary,), findings=())).splitlines()
     assert lines[0] == ",".join(COLUMNS)
     assert len(lines) == 7
     assert lines[1].startswith("5,2,")

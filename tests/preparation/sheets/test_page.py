@@ -22,7 +22,7 @@ from vislam2tag.preparation.sheets.page import MISSING, SheetPage, largest_width
 from vislam2tag.preparation.sheets.settings import QUIET_M, SHEET_SIZES
 from vislam2tag.preparation.sheets.sheet_requests import SheetRequest
 
-LOBBY = SheetRequest("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55)
+LOBBY = SheetRequest("lobby", "Main building", 1, "Ground", (12.3, 4.5), 1.55, near="room 0.17")
 
 
 def sheet(request: SheetRequest, paper: str = "A4", width_m: float | None = None, aspect: float = 1.0) -> SheetPage:
@@ -100,7 +100,7 @@ def test_people_read_what_they_need(tmp_path: Path) -> None:
         "Main building, floor 1 (Ground)",
         "UP",
         "lobby",
-        "Image 0.190 m wide. Hang its centre 1.55 m above the floor. Place: x 12.30 m, y 4.50 m.",
+        "Image 0.190 m wide. Hang its centre 1.55 m above the floor. Place: x 12.30 m, y 4.50 m (room 0.17).",
         "Position mark: please do not remove, move or cover.",
         "100 mm: measure it.",
     ):

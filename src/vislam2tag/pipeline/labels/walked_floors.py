@@ -80,14 +80,19 @@ def _floor_walked(root: Path, floor: Floor, walks: list[WalkPlaces], settings: W
 
 
 def floor_areas(floor: Floor, names: Sequence[PlanText], settings: WalkableSettings | None = None) -> Areas:
-    """Rooms and corridors of a floor's plan with these names, or otherwise with those on the plan.
+    """Rooms and corridors of a floor's plan with these names, or otherwise with those on the plan; excluded rooms are
+    left out.
 
-    Raises SurveyError if no plan has walkable space, ModuleNotFoundError if an extra is not installed.
+    Raises SurveyError if no plan has walkable space or an excluded room does not exist, ModuleNotFoundError if an extra
+    is not installed.
     """
     from vislam2tag.site.plans.load import floor_plan  # packages of extras
+    from vislam2tag.site.rooms import FloorRooms, areas_without
     from vislam2tag.site.walkable.graph import corridor_graph
     from vislam2tag.site.walkable.painted_cells import floor_mask
 
     plan, settings = floor_plan(floor), settings or WalkableSettings()
     space = walkable_space(plan, settings, floor_mask(floor))
-    return areas_of(space, corridor_graph(space)).with_names([*names, *names_on_plan(plan)])
+    names = (*names, *names_on_plan(plan))
+    areas = areas_of(space, corridor_graph(space)).with_names(names)
+    return areas_without(areas, FloorRooms(areas, names).called(floor.excluded_rooms))

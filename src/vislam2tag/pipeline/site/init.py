@@ -76,9 +76,11 @@ def add_floor(
     site = read_site_file(root) if has_site_file(root) else None
     floors = () if site is None else site.floors
     if any(floor.number == new.part.number for floor in floors):
-        raise UsageError(f"--floor {new.part.number}: {root / SITE_FILE} already has that floor; edit it there")
+        raise UsageError(
+            f"--floor {new.part.number}: {root / SITE_FILE} already has that floor; change it with vislam2tag site set"
+        )
     earth = georeference or (None if site is None else site.georeference)
-    _check(new, earth)
+    check_plan(new, earth)
     inside = _inside(root, new)
     assert new.part.plan is not None
     plan = new.part.plan.model_copy(update={"file": inside.as_posix()})
@@ -89,7 +91,7 @@ def add_floor(
         floors=tuple(sorted((*floors, part), key=lambda floor: floor.number)),
     )
     _copy(Path(new.plan), root, inside)
-    _write(root, whole)
+    write_site(root, whole)
     return whole
 
 
@@ -103,7 +105,7 @@ def describe_published(root: Path, building: str = "", georeference: Georeferenc
     site, _ = read_site(root, follow_links=True)
     parts = tuple(_published_part(root, floor) for floor in site.floors)
     whole = SiteFile(name=building, georeference=georeference, floors=parts)
-    _write(root, whole)
+    write_site(root, whole)
     return whole
 
 
@@ -116,8 +118,8 @@ def _published_part(root: Path, floor: Floor) -> FloorPart:
     return FloorPart(number=floor.number, name=name, elevation_m=floor.elevation_m, plan=plan)
 
 
-def _check(new: NewFloor, earth: GeoreferencePart | None) -> None:
-    """Load the plan with its future description; raises SurveyError or UsageError if that fails."""
+def check_plan(new: NewFloor, earth: GeoreferencePart | None) -> None:
+    """Load a plan with its future description; raises SurveyError or UsageError if that fails."""
     georeference = None if earth is None else earth.georeference()
     points = ControlPoints((), np.empty((0, 2)))
     floor = Floor(
@@ -152,7 +154,8 @@ def _copy(source: Path, root: Path, inside: Path) -> None:
             Folder.at(root).copy(path, (inside / path.relative_to(source)).as_posix())
 
 
-def _write(root: Path, site: SiteFile) -> None:
+def write_site(root: Path, site: SiteFile) -> None:
+    """Write the ``site.toml`` of a survey; raises OutputError if that fails."""
     write_in_survey(root, root / SITE_FILE, site_file_text(site))
 
 

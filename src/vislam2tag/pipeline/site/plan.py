@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,12 +29,13 @@ from vislam2tag.preparation.planning.records import (
     read_forbidden,
 )
 from vislam2tag.preparation.planning.settings import PlanSettings
-from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors
+from vislam2tag.site.discover import floor_folders, read_site, refuse_unknown_floors, session_folders
 from vislam2tag.site.landmark_file import LANDMARK_FILE, refuse_unreadable, table_path
 from vislam2tag.site.landmark_states import write_states
-from vislam2tag.site.links import refuse_outside_plan, shared_site, write_in_survey
-from vislam2tag.site.model import Floor, Site
+from vislam2tag.site.links import refuse_outside_plan, shared_site, site_name, write_in_survey
+from vislam2tag.site.model import Floor, Site, landmark_id
 from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.rooms import FloorRooms, boxes_of, floor_rooms, graph_without
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_table import LANDMARKS, read_site_table
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
@@ -54,6 +55,8 @@ class PlanRequest:
     first_id: int = 1
     ignore_existing: bool = False
     """Whether the site's landmarks are ignored instead of being fixed."""
+    restart: bool = False
+    """Whether planned landmarks that were not measured are dropped instead of being fixed."""
     forbidden: AnyPath | None = None
     mask: AnyPath | None = None
     """Correction mask of the walkable space, if only one floor is planned."""
@@ -98,6 +101,10 @@ def write_plans(
     site, findings = read_site(site_folder, follow_links=True)
     shown, _ = shared_site(site_folder, site, findings, follow_links=request.follow_links)
     refuse_unknown_floors(site, request.floors)
+    taken = site.landmarks.ids
+    dropped = planned_landmarks_of(site, request.floors) if request.restart else {}
+    site, shown = without_landmarks(site, dropped), without_landmarks(shown, dropped)
+    taken = ids_in_use(site_folder, site, taken)
     floors = [floor for floor in site.floors if not request.floors or floor.number in request.floors]
     for floor in () if request.follow_links else floors:
         refuse_outside_plan(site_folder, floor)
@@ -112,16 +119,20 @@ def write_plans(
         first = request.first_id
         for floor in floors:
             given = constraints_of(site, floor, forbidden.get(floor.number), ignore_existing=request.ignore_existing)
-            design, _ = designed(floor, request, settings, given, lambda step, _steps: progress(step, len(floors)))
-            ids = new_ids(len(design.place), first, site.landmarks.ids)
+            advance = lambda step, _steps: progress(step, len(floors))
+            design, _, rooms = designed(floor, request, settings, given, advance)
+            ids = new_ids(len(design.place), first, taken)
             first = int(ids[-1]) + 1 if ids else first
-            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids)
+            summary = floor_summary(design, floor.number, shown.floor(floor.number).name, ids, rooms)
+            also = {"dropped": dropped.get(floor.number, ()), "excluded_rooms": floor.excluded_rooms}
+            summary = summary.model_copy(update=also)
             hanging = shown.landmarks.select([]) if request.ignore_existing else shown.landmarks.on_floor(floor.number)
             planned.append(PlannedFloor(shown.floor(floor.number), design, summary, hanging))
         result = PlanSummary(
             version=__version__,
             settings=settings,
             walkable=request.walkable,
+            building=site_name(site_folder, follow_links=request.follow_links),
             floors=tuple(one.summary for one in planned),
             findings=tuple(one for one in findings if one.file.endswith(LANDMARK_FILE) and one.kind != "missing_file"),
         )
@@ -129,6 +140,29 @@ def write_plans(
     if request.write:
         add_to_site(site_folder, result)
     return result
+
+
+def planned_landmarks_of(site: Site, floors: Sequence[int]) -> dict[int, tuple[str, ...]]:
+    """Ids of landmarks that are planned and not measured, by floor; ``floors`` empty: all."""
+    chosen = [floor.number for floor in site.floors if not floors or floor.number in floors]
+    planned = {number: tuple(site.landmarks.on_floor(number).planned_ids) for number in chosen}
+    return {number: names for number, names in planned.items() if names}
+
+
+def without_landmarks(site: Site, dropped: Mapping[int, Sequence[str]]) -> Site:
+    """The site without some landmarks, by floor."""
+    marks = site.landmarks
+    names = zip(marks.floor.tolist(), marks.ids, strict=True)
+    rows = [row for row, (floor, name) in enumerate(names) if name not in dropped.get(floor, ())]
+    return replace(site, landmarks=marks.select(rows))
+
+
+def ids_in_use(root: Path, site: Site, before: tuple[str, ...]) -> tuple[str, ...]:
+    """Ids that new landmarks must not get: those ``before`` some were dropped if walks may have seen their sheets."""
+    try:
+        return before if session_folders(root)[0] else site.landmarks.ids
+    except SurveyError:  # no floor has a folder yet
+        return site.landmarks.ids
 
 
 def constraints_of(
@@ -149,21 +183,25 @@ def designed(
     settings: PlanSettings,
     given: FloorConstraints,
     progress: Progress[str] = silent,
-) -> tuple[FloorDesign, CorridorGraph]:
-    """Plan a floor from its plan's walkable space; raises SurveyError if that fails."""
+) -> tuple[FloorDesign, CorridorGraph, FloorRooms]:
+    """Plan a floor from its plan's walkable space, with its rooms; raises SurveyError if that fails."""
     progress("walkable space", len(STEPS))
-    mask = floor_mask(floor, path_or_none(request.mask))
-    space = walkable_space(floor_plan(floor), request.walkable, mask)
+    plan, mask = floor_plan(floor), floor_mask(floor, path_or_none(request.mask))
+    space = walkable_space(plan, request.walkable, mask)
     graph = corridor_graph(space)
+    rooms = floor_rooms(floor, plan, space, graph)
+    left_out = rooms.called(floor.excluded_rooms)
+    graph = graph_without(graph, rooms.areas, left_out)
+    given = replace(given, forbidden=np.vstack((given.forbidden, boxes_of(rooms.areas, left_out))))
     try:
-        return plan_floor(space, graph, settings, given, progress), graph
+        return plan_floor(space, graph, settings, given, progress), graph, rooms
     except SurveyError as error:
         raise SurveyError(f"floor {floor.number}: {error}") from error
 
 
 def _write(folder: Folder, planned: Sequence[PlannedFloor], result: PlanSummary) -> None:
     folder.write(SUMMARY_FILE, result.model_dump_json(indent=1) + "\n")
-    folder.write(LANDMARKS_FILE, landmarks_text(result.landmarks))
+    folder.write(LANDMARKS_FILE, landmarks_text(result))
     maps: dict[int, PlannedMap] = {}
     for one in planned:
         stem = f"floor_{one.floor.number}"
@@ -185,9 +223,11 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
     """
     folders = _floor_folders(site_folder)
     for floor in result.floors:
+        path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
+        if floor.dropped:
+            _drop(site_folder, path, floor)
         if not floor.landmarks:
             continue
-        path = folders.get(floor.floor, site_folder / f"floor_{floor.floor}") / LANDMARK_FILE
         places = np.array([(one.x_m, one.y_m) for one in floor.landmarks])
         refuse_unreadable(path, [one.id for one in floor.landmarks], places)
         try:
@@ -198,6 +238,20 @@ def add_to_site(site_folder: Path, result: PlanSummary) -> None:
         # the states come first, because a position without one would count as measured
         write_states(site_folder, path.parent, planned_states(floor.landmarks))
         write_in_survey(site_folder, path, text.encode("utf-8", errors="surrogateescape"))
+
+
+def _drop(root: Path, path: Path, floor: FloorPlanRecord) -> None:
+    """Remove dropped landmarks from a floor's own files."""
+    table = read_site_table(root, table_path(path), columns=LANDMARKS)
+    kept = [
+        fields
+        for _, fields in table.rows
+        if landmark_id(fields[0]) not in floor.dropped
+        or landmark_id(table.cell(fields, "floor")) not in ("", str(floor.floor))
+    ]
+    # the states come last, because a planned position without one would count as measured
+    write_in_survey(root, path, csv_rows([table.header, *kept]))
+    write_states(root, path.parent, (), floor.dropped)
 
 
 def _landmark_text(root: Path, path: Path) -> str:

@@ -22,10 +22,11 @@ from vislam2tag.preparation.planning.refine import NARROW_M, DistanceClass
 from vislam2tag.preparation.planning.settings import PlanSettings
 from vislam2tag.preparation.sheets.settings import SHEET_SIZES
 from vislam2tag.site.landmark_states import PLANNED_HEADING_SIGMA_RAD, PLANNED_SIGMA_M, LandmarkState, StateRow
+from vislam2tag.site.rooms import FloorRooms
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.site_table import finite_or_none, readable_table
 
-COLUMNS = ("id", "floor", "x", "y", "z", "heading_rad", "sheet", "width_m")
+COLUMNS = ("id", "floor", "x", "y", "z", "heading_rad", "sheet", "width_m", "near", "floor_name", "building")
 
 
 class PlannedLandmark(Record):
@@ -45,6 +46,8 @@ class PlannedLandmark(Record):
     """Distance between phone and sheet in passing."""
     visible_m: float
     """Length of the corridor from which the sheet is in view."""
+    near: str = ""
+    """Nearest room with a name."""
 
 
 class UnmetDemand(Record):
@@ -108,6 +111,10 @@ class FloorPlanRecord(Record):
     tour: TourSummary
     findings: tuple[Finding, ...]
     """What is doubtful of the walkable space: rooms that walls close off."""
+    dropped: tuple[str, ...] = ()
+    """Planned landmarks of the site that this plan replaces."""
+    excluded_rooms: tuple[str, ...] = ()
+    """Rooms that walks leave out."""
 
 
 class PlanSummary(Record):
@@ -116,6 +123,7 @@ class PlanSummary(Record):
     version: str
     settings: PlanSettings
     walkable: WalkableSettings = WalkableSettings()
+    building: str = ""
     floors: tuple[FloorPlanRecord, ...]
     findings: tuple[Finding, ...]
     """Problems of the landmarks that the site has."""
@@ -126,8 +134,10 @@ class PlanSummary(Record):
         return tuple(landmark for floor in self.floors for landmark in floor.landmarks)
 
 
-def floor_summary(design: FloorDesign, floor: int, name: str, ids: Sequence[str]) -> FloorPlanRecord:
-    """Describe one floor's plan; ``ids`` (m) are those of its new landmarks."""
+def floor_summary(
+    design: FloorDesign, floor: int, name: str, ids: Sequence[str], rooms: FloorRooms | None = None
+) -> FloorPlanRecord:
+    """Describe one floor's plan; ``ids`` (m) are those of its new landmarks, ``rooms`` name what they are near."""
     settings = design.settings
     passed = [name for name, at in zip(design.constraints.names, design.fixed_station.tolist(), strict=True) if at >= 0]
     every = [*ids, *passed]
@@ -140,7 +150,7 @@ def floor_summary(design: FloorDesign, floor: int, name: str, ids: Sequence[str]
         name=name,
         corridors_m=_metres(design.corridors.length_m.sum()),
         places=len(design.places.station),
-        landmarks=planned_landmarks(design, floor, ids, settings.height_m),
+        landmarks=planned_landmarks(design, floor, ids, rooms),
         fixed=design.constraints.names,
         not_passed=tuple(name for name in design.constraints.names if name not in set(passed)),
         number=number,
@@ -164,24 +174,26 @@ def floor_summary(design: FloorDesign, floor: int, name: str, ids: Sequence[str]
 
 
 def planned_landmarks(
-    design: FloorDesign, floor: int, ids: Sequence[str], height_m: float
+    design: FloorDesign, floor: int, ids: Sequence[str], rooms: FloorRooms | None = None
 ) -> tuple[PlannedLandmark, ...]:
     """The new landmarks of a floor with their ids (m)."""
     places = design.places.take(design.place)
     # Who faces a sheet has its X axis on the right: the outward normal turned by +90 degrees.
     heading = np.arctan2(places.normal[:, 0], -places.normal[:, 1])
+    near = [""] * len(ids) if rooms is None else rooms.near(places.position)
     return tuple(
         PlannedLandmark(
             id=name,
             floor=floor,
             x_m=_metres(places.position[i, 0]),
             y_m=_metres(places.position[i, 1]),
-            z_m=height_m,
+            z_m=design.settings.height_m,
             heading_rad=round(float(heading[i]), 4),
             sheet=places.sheet[i],
             width_m=SHEET_SIZES[places.sheet[i]].image_m,
             pass_m=_metres(places.pass_m[i], 2),
             visible_m=_metres(places.visible_m[i], 2),
+            near=near[i],
         )
         for i, name in enumerate(ids)
     )
@@ -221,9 +233,14 @@ def _metres(value: float, digits: int = 3) -> float:
     return round(float(value), digits)
 
 
-def landmarks_text(landmarks: Iterable[PlannedLandmark]) -> str:
+def landmarks_text(summary: PlanSummary) -> str:
     """``landmarks.csv``."""
-    return csv_rows((COLUMNS, *(_row(one, COLUMNS) for one in landmarks)))
+    rows = (
+        _row(one, COLUMNS, floor_name=floor.name, building=summary.building)
+        for floor in summary.floors
+        for one in floor.landmarks
+    )
+    return csv_rows((COLUMNS, *rows))
 
 
 def new_ids(count: int, first: int, taken: Iterable[str]) -> list[str]:
@@ -268,7 +285,8 @@ def marker_text(text: str, landmarks: Sequence[PlannedLandmark]) -> str:
     head, _, rest = text.partition("\n")
     header = next(csv.reader([head.rstrip("\r")]), [])
     names = [name.strip().lower() for name in header] or list(MARKER_COLUMNS)
-    missing = [name for name in MARKER_COLUMNS[1:] if name not in names[1:]]
+    wanted = [*MARKER_COLUMNS[1:], *(["near"] if any(one.near for one in landmarks) else [])]
+    missing = [name for name in wanted if name not in names[1:]]
     first = head.rstrip("\r") if header else ",".join(MARKER_COLUMNS)
     lines = [",".join((first, *missing))]
     if rest.strip("\r\n"):
@@ -282,9 +300,9 @@ def planned_states(landmarks: Sequence[PlannedLandmark]) -> list[StateRow]:
     return [StateRow(one.id, LandmarkState.PLANNED, "plan", one.x_m, one.y_m) for one in landmarks]
 
 
-def _row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:
+def _row(landmark: PlannedLandmark, names: Sequence[str], **more: str) -> list[str]:
     """A landmark's id and cells of further columns; empty where they are others."""
-    values = {
+    values = more | {
         "x": landmark.x_m,
         "y": landmark.y_m,
         "z": landmark.z_m,
@@ -294,5 +312,6 @@ def _row(landmark: PlannedLandmark, names: Sequence[str]) -> list[str]:
         "heading_sigma_rad": PLANNED_HEADING_SIGMA_RAD,
         "sheet": landmark.sheet,
         "width_m": landmark.width_m,
+        "near": landmark.near,
     }
     return [landmark.id, *(str(values.get(name, "")) for name in names[1:])]

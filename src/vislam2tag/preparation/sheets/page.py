@@ -176,7 +176,8 @@ class SheetPage:
             f"Hang its centre {height:.2f} m above the floor.",
         ]
         if self.request.position_m is not None:
-            parts.append("Place: x {:.2f} m, y {:.2f} m.".format(*self.request.position_m))
+            near = f" ({self.request.near})" if self.request.near else ""
+            parts.append("Place: x {:.2f} m, y {:.2f} m".format(*self.request.position_m) + f"{near}.")
         return " ".join(parts)
 
 

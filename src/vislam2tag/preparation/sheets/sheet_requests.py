@@ -40,6 +40,8 @@ class SheetRequest:
     """Of the image that is recognised, metres."""
     source: str = ""
     """File and line, where it comes from a file."""
+    near: str = ""
+    """Nearest room with a name."""
 
 
 def parse_ids(text: str) -> tuple[str, ...]:
@@ -109,10 +111,12 @@ def _picked(source: Path, found: list[SheetRequest], wanted: tuple[str, ...]) ->
 def _of_site(root: Path) -> tuple[list[SheetRequest], tuple[Finding, ...]]:
     site, findings = read_site(root, follow_links=True)
     building = read_site_file(root).name if has_site_file(root) else ""
-    sizes: dict[str, tuple[SheetSize | None, float | None]] = {}
+    own: dict[str, tuple[SheetSize | None, float | None, str]] = {}
     for path in sorted({root / source.rpartition(":")[0] for source in site.landmarks.source}):
         table = read_site_table(root, path, columns=LANDMARKS)
-        sizes |= {table.place(line): _size(table, line, fields) for line, fields in table.rows}
+        own |= {
+            table.place(line): (*_size(table, line, fields), table.cell(fields, "near")) for line, fields in table.rows
+        }
     landmarks = site.landmarks
     names = {floor.number: floor.name for floor in site.floors}
     requests = [
@@ -123,8 +127,9 @@ def _of_site(root: Path) -> tuple[list[SheetRequest], tuple[Finding, ...]]:
             floor_name=names.get(int(landmarks.floor[i]), ""),
             position_m=_pair(*landmarks.position_bcs[i]),
             height_m=_finite(landmarks.z_m[i]),
-            sheet=sizes[landmarks.source[i]][0],
-            width_m=sizes[landmarks.source[i]][1],
+            sheet=own[landmarks.source[i]][0],
+            width_m=own[landmarks.source[i]][1],
+            near=own[landmarks.source[i]][2],
             source=landmarks.source[i],
         )
         for i, name in enumerate(landmarks.ids)
@@ -143,7 +148,9 @@ def _pair(x_m: float | None, y_m: float | None) -> tuple[float, float] | None:
 
 
 def _of_file(path: Path) -> list[SheetRequest]:
-    """Read a file of landmarks: its first column is the id; floor, x, y, z, sheet and width_m may follow."""
+    """Read a file of landmarks: its first column is the id; floor, x, y, z, sheet, width_m, near, floor_name and
+    building may follow.
+    """
     table = readable_table(path.parent, path, "; expected a site or a landmark file", columns=LANDMARKS)
     if not table.header or is_number(table.header[0]):
         raise SurveyError(
@@ -172,8 +179,18 @@ def _request(table: SiteTable, line: int, fields: tuple[str, ...]) -> SheetReque
     except ValueError as error:
         raise SurveyError(f"{place}: floor, x, y and z must be numbers or empty ({error})") from error
     sheet, width = _size(table, line, fields)
-    position_m = _pair(x, y)
-    return SheetRequest(name, floor=floor, position_m=position_m, height_m=z, sheet=sheet, width_m=width, source=place)
+    return SheetRequest(
+        landmark=name,
+        building=table.cell(fields, "building"),
+        floor=floor,
+        floor_name=table.cell(fields, "floor_name"),
+        position_m=_pair(x, y),
+        height_m=z,
+        near=table.cell(fields, "near"),
+        sheet=sheet,
+        width_m=width,
+        source=place,
+    )
 
 
 def _size(table: SiteTable, line: int, fields: tuple[str, ...]) -> tuple[SheetSize | None, float | None]:

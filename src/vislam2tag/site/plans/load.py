@@ -33,7 +33,7 @@ from vislam2tag.site.plans.images import (
     upright,
 )
 from vislam2tag.site.plans.reader_process import read_guarded
-from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Use
+from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Point, ScalePoint, Use
 
 _TRIED_PX = 64
 """Size at which a picture is drawn only to see that it can be."""
@@ -101,6 +101,14 @@ def plan_extent(path: Path, source: PlanSource, georeference: Georeference | Non
     Raises OSError as :func:`plan_picture` does, also for a picture whose size is known but which cannot be drawn.
     """
     return read_guarded(path, _extent, path, source, georeference)
+
+
+def plan_moved(path: Path, source: PlanSource, lower_left_m: Point) -> PlanSource:
+    """How to read a plan that is shifted so that its lower left corner is at a point, BCS metres.
+
+    Raises OSError as :func:`plan_picture` does, also for a plan that is placed by its coordinates on earth.
+    """
+    return read_guarded(path, _moved, path, source, lower_left_m)
 
 
 @dataclass(frozen=True)
@@ -188,6 +196,27 @@ def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -
     return extent
 
 
+def _moved(path: Path, source: PlanSource, lower_left_m: Point) -> PlanSource:
+    whole = read_drawing(path, source)
+    if (source.epsg or whole.epsg) is not None:
+        raise OSError("is placed by its coordinates on earth; correct the georeference of the site instead")
+    drawing, bcs_T_plan = placed(whole, source, None)
+    for name in ("extent", "distance", "scale"):
+        if (part := getattr(source, name)) is not None:
+            return source.model_copy(update={name: part.model_copy(update={"lower_left_m": lower_left_m})})
+    left, right, low, high = drawing.bounds
+    edges = np.array([(left, (low + high) / 2), (right, (low + high) / 2)])
+    corner = turned_bounds(drawing.bounds, bcs_T_plan)
+    places = bcs_T_plan @ edges - (corner[0], corner[2]) + lower_left_m
+    if drawing.downwards:
+        edges[:, 1] = whole.bounds[2] + whole.bounds[3] - edges[:, 1]
+    first, second = (
+        ScalePoint(plan=(px, py), bcs_m=(x, y))
+        for (px, py), (x, y) in zip(edges.tolist(), places.tolist(), strict=True)
+    )
+    return source.model_copy(update={"points": (first, second), "unit_m": None})
+
+
 def _refuse_size(extent: Bounds) -> None:
     """Raise OSError, whose text completes a sentence about the file, for a plan that is not a building's."""
     left, right, low, high = extent
@@ -198,7 +227,7 @@ def _refuse_size(extent: Bounds) -> None:
             "lines that are drawn far away"
         )
     if far := too_far(["a corner"], np.array([[max(map(abs, extent)), 0.0]])):
-        raise OSError(f"cannot be used: {far}")
+        raise OSError(f"cannot be used: {far}. For the plan, pass --lower-left 0,0")
 
 
 def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
