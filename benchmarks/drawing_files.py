@@ -35,12 +35,12 @@ class DrawnFloor:
     wall_m: float
 
     @classmethod
-    def of(cls, seed: int) -> DrawnFloor:
-        """A floor of another size and wall thickness for each seed."""
+    def of(cls, seed: int, *, thin: bool = False) -> DrawnFloor:
+        """A floor of another size and wall thickness for each seed; ``thin``: as walls that are drawn without one."""
         rng = np.random.default_rng(seed)
         width, height = float(rng.integers(36, 64)), float(rng.integers(28, 36))
         settings = BuildingSettings(width_m=width, height_m=height, corridor_width_m=CORRIDOR_M, dead_ends=0)
-        return cls(make_ground_plan(settings, rng), width, height, float(rng.choice([0.12, 0.2, 0.3])))
+        return cls(make_ground_plan(settings, rng), width, height, 0.1 if thin else float(rng.choice([0.12, 0.2, 0.3])))
 
     @cached_property
     def walls(self) -> tuple[Polygon, ...]:
@@ -370,28 +370,28 @@ def write_imdf(floors: Sequence[DrawnFloor], folder: Path) -> None:
 # --- IFC ---------------------------------------------------------------------------------------------------------
 
 
-def write_ifc(floors: Sequence[DrawnFloor], path: Path, *, unit: str = "MILLI") -> None:
-    """Write walls, doors and named spaces of storeys that are 3.5 m high; ``unit`` is the prefix of metres."""
-    import ifcopenshell.api as ifc
+def write_ifc(floors: Sequence[DrawnFloor], path: Path, *, prefix: str = "MILLI") -> None:
+    """Write walls, doors and named spaces of storeys that are 3.5 m high; ``prefix`` is that of metres."""
+    from ifcopenshell.api import aggregate, context, geometry, project, root, spatial, unit
 
-    model = ifc.project.create_file()
-    project = ifc.root.create_entity(model, ifc_class="IfcProject", name="Drawn")
-    length = ifc.unit.add_si_unit(model, unit_type="LENGTHUNIT", **({"prefix": unit} if unit else {}))
-    ifc.unit.assign_unit(model, units=[length])
-    whole = ifc.context.add_context(model, context_type="Model")
-    body = ifc.context.add_context(
+    model = project.create_file()
+    whole_model = root.create_entity(model, ifc_class="IfcProject", name="Drawn")
+    length = unit.add_si_unit(model, unit_type="LENGTHUNIT", **({"prefix": prefix} if prefix else {}))
+    unit.assign_unit(model, units=[length])
+    whole = context.add_context(model, context_type="Model")
+    body = context.add_context(
         model, context_type="Model", context_identifier="Body", target_view="MODEL_VIEW", parent=whole
     )
-    building = ifc.root.create_entity(model, ifc_class="IfcBuilding", name="House")
-    ifc.aggregate.assign_object(model, products=[building], relating_object=project)
-    scale = 1000.0 if unit == "MILLI" else 1.0
+    building = root.create_entity(model, ifc_class="IfcBuilding", name="House")
+    aggregate.assign_object(model, products=[building], relating_object=whole_model)
+    scale = 1000.0 if prefix else 1.0
     for number, floor in enumerate(floors):
-        storey = ifc.root.create_entity(model, ifc_class="IfcBuildingStorey", name=f"Level {number}")
+        storey = root.create_entity(model, ifc_class="IfcBuildingStorey", name=f"Level {number}")
         storey.Elevation = number * 3.5 * scale
-        ifc.aggregate.assign_object(model, products=[storey], relating_object=building)
+        aggregate.assign_object(model, products=[storey], relating_object=building)
         place = np.eye(4)
         place[2, 3] = number * 3.5
-        ifc.geometry.edit_object_placement(model, product=storey, matrix=place)
+        geometry.edit_object_placement(model, product=storey, matrix=place)
         elements = [("IfcWall", "", wall, 3.0) for wall in floor.walls]
         for _, ends in floor.doors():
             leaf = LineString(ends).buffer(floor.wall_m / 2, cap_style="flat")
@@ -402,15 +402,15 @@ def write_ifc(floors: Sequence[DrawnFloor], path: Path, *, unit: str = "MILLI") 
         ]:
             elements.append(("IfcSpace", name, shape, height))
         for kind, name, shape, height in elements:
-            element = ifc.root.create_entity(model, ifc_class=kind, name=name)
-            ifc.geometry.edit_object_placement(model, product=element, matrix=place)
-            ifc.geometry.assign_representation(
+            element = root.create_entity(model, ifc_class=kind, name=name)
+            geometry.edit_object_placement(model, product=element, matrix=place)
+            geometry.assign_representation(
                 model, product=element, representation=_extrusion(model, body, shape, height * scale, scale)
             )
             if kind == "IfcSpace":
-                ifc.aggregate.assign_object(model, products=[element], relating_object=storey)
+                aggregate.assign_object(model, products=[element], relating_object=storey)
             else:
-                ifc.spatial.assign_container(model, products=[element], relating_structure=storey)
+                spatial.assign_container(model, products=[element], relating_structure=storey)
     model.write(str(path))
 
 

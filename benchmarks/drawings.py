@@ -42,6 +42,11 @@ class Drawing:
     write: _Write
     options: str = ""
 
+    @property
+    def thin(self) -> bool:
+        """Whether walls are drawn without their thickness."""
+        return any(word in self.name for word in ("single", "rooms", "levels", "imdf"))
+
 
 def dxf(name: str, options: str = "", **style: object) -> Drawing:
     """A DXF drawing with a style."""
@@ -65,7 +70,7 @@ def _features(floor: DrawnFloor, *levels: str) -> list[dict[str, object]]:
 
 
 def _other(floor: DrawnFloor) -> DrawnFloor:
-    return DrawnFloor.of(round(1000 * floor.width_m))
+    return DrawnFloor.of(round(1000 * floor.width_m), thin=True)
 
 
 LANGUAGES = ("en", "de", "fr", "it", "es")
@@ -78,7 +83,7 @@ DRAWINGS: tuple[Drawing, ...] = (
     *(dxf(f"{lang}-block", language=lang, form=1, walls="block", extras=("frame",)) for lang in LANGUAGES),
     dxf("inches", unit="in"),
     dxf("wrong-unit", unit="m", said_unit="in"),
-    dxf("no-unit", "--unit-m 0.001", said_unit=""),
+    dxf("no-unit", "--unit-m 0.001", said_prefix=""),
     dxf("stray", extras=("stray",)),
     dxf("frozen", language="de", extras=("frozen",)),
     dxf("clipped", extras=("clipped",)),
@@ -102,7 +107,7 @@ DRAWINGS: tuple[Drawing, ...] = (
     Drawing("imdf-folder", "imdf", lambda f, p: files.write_imdf([f], p), EARTH),
     Drawing("imdf-levels", "imdf", lambda f, p: files.write_imdf([f, _other(f)], p), f"{EARTH} --level L0"),
     Drawing("ifc-millimetres", "plan.ifc", lambda f, p: files.write_ifc([f], p)),
-    Drawing("ifc-metres", "plan.ifc", lambda f, p: files.write_ifc([f], p, unit="")),
+    Drawing("ifc-metres", "plan.ifc", lambda f, p: files.write_ifc([f], p, prefix="")),
     Drawing("ifc-storeys", "plan.ifc", lambda f, p: files.write_ifc([f, _other(f)], p), "--level 'Level 0'"),
     picture("filled", PictureStyle()),
     picture("outlined", PictureStyle(filled=False)),
@@ -138,7 +143,7 @@ class Outcome:
 
 def run(drawing: Drawing, seed: int, folder: Path) -> Outcome:
     """Write a drawing, make a site of it, and compare its area."""
-    floor = DrawnFloor.of(seed)
+    floor = DrawnFloor.of(seed, thin=drawing.thin)
     folder.mkdir(parents=True)
     drawing.write(floor, folder / drawing.file)
     sizes = {"width": floor.width_m, "height": floor.height_m}

@@ -93,7 +93,7 @@ MODULES = {
 }
 """The commands in each module ``commands_NAME``."""
 OLD_NAMES = {
-    "site init": {"--measure": "--click"},
+    "site init": {"--measure": "--click", "--layer": "--walls"},
     "plan": {"--sheet": "--paper", "--anew": "--restart"},
     "sightings": {"--again": "--replace"},
     "simulate": {"--landmark-file": "--landmarks"},

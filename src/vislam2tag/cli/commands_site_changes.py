@@ -45,6 +45,9 @@ class SetOptions:
     point: tuple[dict[str, list[float]], ...] = _as_in_init("point")
     unit_m: float | None = _as_in_init("unit_m")
     area: list[float] | str | None = _as_in_init("area")
+    walls: tuple[str, ...] = _as_in_init("walls")
+    doors: tuple[str, ...] = _as_in_init("doors")
+    ignore: tuple[str, ...] = _as_in_init("ignore")
     exclude_room: tuple[str, ...] = option((), "Leave this room out of tours and coverage; repeatable.", metavar="NAME")
     include_room: tuple[str, ...] = option((), "Let an excluded room count again; repeatable.", metavar="NAME")
     json: AsJson = False

@@ -13,18 +13,17 @@ from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, SiteFolder
 from vislam2tag.cli.records import command, option
 from vislam2tag.cli.tables import or_dash, print_findings, print_table
-from vislam2tag.cli.terminal import answer, say
+from vislam2tag.cli.terminal import answer, say, visible_console
 from vislam2tag.common.errors import UsageError
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from vislam2tag.pipeline.site.plan_report import PlanReport
     from vislam2tag.site.plans.source import PlanSource
 
     Made = TypeVar("Made", bound=BaseModel)
 
-_LARGEST_M = 1000.0
-"""Few buildings are larger. A larger plan is more likely in other units."""
 _PAGE = "page"
 """Value of ``--area`` for the whole page."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
@@ -144,7 +143,11 @@ class InitOptions:
     )
     page: int | None = option(None, "Page of a PDF.  [default: 1]")
     level: str | None = option(None, "Level or storey of the file that the plan shows: number or name.", hidden=True)
-    layer: tuple[str, ...] = option((), "Layer of a DXF with walls (* and ? match); repeatable.")
+    walls: tuple[str, ...] = option(
+        (), "Layer of a DXF that contains walls, instead of those found by name (* and ? match); repeatable."
+    )
+    doors: tuple[str, ...] = option((), "Another layer of a DXF that contains doors; repeatable.")
+    ignore: tuple[str, ...] = option((), "Layer or class of the file to leave out; repeatable.")
     others: str | None = option(None, "Use of polygons without one: walkable or obstacle.", metavar="USE", hidden=True)
     epsg: int | None = option(None, "Reference system of the plan's own coordinates.", hidden=True)
     georeference: Any = option(
@@ -165,7 +168,9 @@ def init_command(given: InitOptions) -> None:
     --height-m), two known points (--point, twice), a known distance (--click writes a page to click it), the scale on
     paper (--scale 1:100), or the length of a unit (--unit-m). An IFC file, or a DXF file with units, needs none, and
     neither do GeoJSON, OSM and IMDF files on a site with a georeference. If a page has a frame, only the drawing inside
-    it is used (--area). Without --plan, the command describes an existing survey in the published layout.
+    it is used (--area). The output lists what each layer or class of the file became, and SITE/floor_K/plan_as_read.png
+    shows it; --walls, --doors and --ignore change it. Without --plan, the command describes an existing survey in the
+    published layout.
 
     Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
@@ -177,7 +182,7 @@ def init_command(given: InitOptions) -> None:
       vislam2tag site init survey --plan first.svg --click scale.html
       vislam2tag site init survey --plan first.png --floor 1 \\
           --point 120,840=0,0 --point 1950,850=45.6,0
-      vislam2tag site init survey --plan ground.dxf --floor 0 --layer A-WALL \\
+      vislam2tag site init survey --plan ground.dxf --floor 0 --walls A-WALL \\
           --georeference EPSG:25832,294405,5628801,-12
       vislam2tag site init old-survey
     """
@@ -187,25 +192,54 @@ def init_command(given: InitOptions) -> None:
     file = given.site / SITE_FILE
     if given.plan is None:
         describe_published(given.site, given.building, given.georeference)
-        lines, summary = [f"written: {file}"], api.site_show(given.site)
+        lines, summary, report = [f"written: {file}"], api.site_show(given.site), None
     else:
         new, notes = _new_floor(given, given.plan)
         api.site_init(given.site, new, given.building, given.georeference)
         summary = _before_landmarks(api.site_show(given.site))
-        notes += [
-            f"floor {each.floor.number} is {each.floor.width_m:g} m wide; check that its sizes were in metres"
-            for each in summary.floors
-            if max(each.floor.width_m or 0.0, each.floor.height_m or 0.0) > _LARGEST_M
-        ]
         lines = [f"floor {new.part.number} added: {file}", *(f"note: {note}" for note in notes)]
-    answer(site_record(summary) | {"notes": lines}, given.json, lambda: _print(lines, summary, given.site))
+        report = reported(given.site, new.part.number)
+    record = site_record(summary) | {"notes": lines, "plan": report}
+    answer(record, given.json, lambda: _print(lines, report, summary, given.site))
 
 
-def _print(lines: list[str], summary: api.SiteSummary, site: Path) -> None:
+def reported(site: Path, number: int) -> PlanReport:
+    """How the plan of a floor is read."""
+    from vislam2tag.pipeline.site.plan_report import report_plan
+
+    with visible_console(stderr=True).status("reading the plan"):
+        return report_plan(site, number)
+
+
+def _print(lines: list[str], report: PlanReport | None, summary: api.SiteSummary, site: Path) -> None:
     for line in lines:
         say(line)
     print_site(summary)
-    next_step("site init", site=site)
+    if report is not None:
+        print_report(report)
+    if report is not None and report.warnings:
+        next_step("site init, odd", site=site, floor=report.floor)
+    else:
+        next_step("site init", site=site)
+
+
+_NAMED = 8
+"""Layers that a line names."""
+
+
+def print_report(report: PlanReport) -> None:
+    """Print what each layer or class of a plan became, and what looks wrong."""
+    from vislam2tag.site.plans.drawing import Became
+
+    for became in sorted({part.became for part in report.taken}, key=list(Became).index):
+        parts = sorted((part for part in report.taken if part.became is became), key=lambda part: -part.count)
+        named = [f"{part.name} ({', '.join(filter(None, (part.why, str(part.count))))})" for part in parts[:_NAMED]]
+        more = f" and {len(parts) - _NAMED} more" if len(parts) > _NAMED else ""
+        say(f"{became}: {', '.join(named)}{more}")
+    for warning in report.warnings:
+        say(f"warning: {warning}")
+    if report.picture is not None:
+        say(f"picture of what was taken: {report.picture}")
 
 
 def _new_floor(given: InitOptions, plan: Path) -> tuple[api.NewFloor, list[str]]:
@@ -246,8 +280,8 @@ def plan_source(given: InitOptions, plan: Path) -> PlanSource:
     own = {name: getattr(given, name) for name in ("unit_m", "page", "level", "others", "epsg")}
     values: dict[str, Any] = {"file": plan.name} | {name: value for name, value in own.items() if value is not None}
     corner = {} if given.lower_left is None else {"lower_left_m": given.lower_left}
-    if given.layer:
-        values["layers"] = given.layer
+    parts = {"layers": given.walls, "doors": given.doors, "ignore": given.ignore}
+    values |= {name: names for name, names in parts.items() if names}
     if given.width_m is not None or given.height_m is not None:
         values["extent"] = {"width_m": given.width_m, "height_m": given.height_m} | corner
     if given.area is not None and given.area != _PAGE:

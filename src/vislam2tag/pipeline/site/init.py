@@ -186,7 +186,7 @@ def settled_source(
     return source, notes
 
 
-_OPTIONS = {"layers": "--layer"} | {
+_OPTIONS = {"layers": "--walls"} | {
     name: f"--{name}" for name in ("page", "level", "doors", "ignore", "others", "epsg", "area", "scale")
 }
 """Entries of a plan's source that not every format uses, as options."""

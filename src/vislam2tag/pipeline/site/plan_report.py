@@ -1,0 +1,59 @@
+"""What was taken from a floor's plan, and what looks wrong about it."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
+from vislam2tag.site.discover import read_site
+from vislam2tag.site.links import write_in_survey
+from vislam2tag.site.plans.drawing import TakenPart, read_drawing
+from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.walkable.space import walkable_space
+from vislam2tag.site.walkable.taken import plan_checks, taken_picture
+
+PICTURE = "plan_as_read.png"
+_LARGEST_M = 1000.0
+"""Few buildings are larger. A larger plan is more likely in other units."""
+
+
+@dataclass(frozen=True)
+class PlanReport:
+    """How the plan of a floor was read."""
+
+    floor: int
+    taken: tuple[TakenPart, ...]
+    """What each layer or class of its file became; empty for pictures."""
+    warnings: tuple[str, ...]
+    """What looks wrong, with cause and cure, sentences."""
+    picture: Path | None
+    """Walls, doors and walkable space as they were taken; None if nothing can be walked."""
+
+
+def report_plan(root: AnyPath, number: int) -> PlanReport:
+    """Find the walkable space of a floor's plan, check it, and draw it to ``floor_K/plan_as_read.png``.
+
+    Raises SurveyError if the floor or its plan cannot be read, OutputError if the picture cannot be written.
+    """
+    root = Path(root)
+    floor = read_site(root)[0].floor(number)
+    if floor.plan is None or floor.source is None:
+        raise SurveyError(f"{root}: floor {number} has no plan; add one with vislam2tag site init --plan")
+    drawing, plan = read_drawing(floor.plan, floor.source), floor_plan(floor)
+    warnings = [*drawing.notes, *floor_fit_notes(root, number)]
+    left, right, low, high = plan.extent_m
+    if max(right - left, high - low) > _LARGEST_M:
+        warnings.append(f"the plan is {right - left:,.0f} m wide and {high - low:,.0f} m high: check its unit")
+    try:
+        space = walkable_space(plan)
+    except SurveyError as error:
+        return PlanReport(number, drawing.taken, (*warnings, str(error)), None)
+    picture = root / f"floor_{number}" / PICTURE
+    image = io.BytesIO()
+    taken_picture(plan, space).save(image, "PNG")
+    write_in_survey(root, picture, image.getvalue())
+    return PlanReport(number, drawing.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
