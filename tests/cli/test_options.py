@@ -130,7 +130,7 @@ def test_options_that_help_leaves_out_are_taken(name: str) -> None:
     ("words", "old", "new"),
     [
         (["site", "init", "site", "--plan", "plan.png"], ["--measure", "page.html"], ["--click", "page.html"]),
-        (["plan", "site", "--out", "plan"], ["--sheet=A4", "--anew"], ["--paper=A4", "--ignore-existing"]),
+        (["plan", "site", "--out", "plan"], ["--sheet=A4", "--anew"], ["--paper=A4", "--restart"]),
         (["sightings", "survey"], ["--again"], ["--replace"]),
         (["simulate", "survey"], ["--landmark-file", "own.csv"], ["--landmarks", "own.csv"]),
         (["label", "table.csv", "--labels", "labels"], ["--align", "motion"], ["--by", "motion"]),

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag import api
-from vislam2tag.cli.commands_site_changes import align_command, remove_command, renumber_command, set_command
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, ConfigFile, Floors, FollowLinks, Replace, SiteFolder, setting, settings_of
 from vislam2tag.cli.progress import interrupted_with
 from vislam2tag.cli.records import argument, command, group, option
+from vislam2tag.cli.site_changes import align_command, remove_command, renumber_command, set_command
 from vislam2tag.cli.site_init import init_command, print_site, site_record
 from vislam2tag.cli.tables import or_dash, print_findings, print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say, visible_console

@@ -164,7 +164,10 @@ def excluded_rooms(root: Path, request: preparing.RoomsRequest, settings: Walkab
     Raises UsageError if there is no room with a name, OutputError if the site cannot be written.
     """
     _, floor = floor_of(root, request.floor)
-    rooms, names = rooms_of(floor, settings), floor.excluded_rooms
+    names = floor.excluded_rooms
+    if request.at is None and not names:
+        return preparing.RoomsView(floor=floor.number, excluded=[])
+    rooms = rooms_of(floor, settings)
     if request.at is not None:
         name = _room_at(rooms, request.at)
         same = tuple(each for each in names if rooms.called((each,))[rooms.areas.at(np.array(request.at))].any())

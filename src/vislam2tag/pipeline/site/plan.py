@@ -190,10 +190,10 @@ def designed(
     space = walkable_space(plan, request.walkable, mask)
     graph = corridor_graph(space)
     rooms = floor_rooms(floor, plan, space, graph)
-    left_out = rooms.called(floor.excluded_rooms)
-    graph = graph_without(graph, rooms.areas, left_out)
-    given = replace(given, forbidden=np.vstack((given.forbidden, boxes_of(rooms.areas, left_out))))
     try:
+        left_out = rooms.called(floor.excluded_rooms)
+        graph = graph_without(graph, rooms.areas, left_out)
+        given = replace(given, forbidden=np.vstack((given.forbidden, boxes_of(rooms.areas, left_out))))
         return plan_floor(space, graph, settings, given, progress), graph, rooms
     except SurveyError as error:
         raise SurveyError(f"floor {floor.number}: {error}") from error
