@@ -15,6 +15,7 @@ from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
 
 _PLACING = ("width_m", "height_m", "scale", "distance", "point", "unit_m")
+_PARTS = ("area", "walls", "doors", "ignore")
 _OF_INIT = {each.name: each for each in fields(InitOptions)}
 
 
@@ -72,14 +73,15 @@ def set_command(given: SetOptions) -> None:
       vislam2tag site set survey --floor 1 --exclude-room 'Server room'
     """
     placing = {name: getattr(given, name) for name in _PLACING if getattr(given, name) not in (None, ())}
-    plan, notes = (None, []) if not placing and given.area is None else _other_plan(given, placing)
+    parts = [name for name in _PARTS if getattr(given, name) not in (None, ())]
+    plan, notes = _other_plan(given, placing) if placing or parts else (None, [])
     corner = None if given.lower_left is None or placing else (given.lower_left[0], given.lower_left[1])
     changes = api.FloorChanges(
         given.name, given.elevation_m, plan, corner, exclude_rooms=given.exclude_room, include_rooms=given.include_room
     )
     done = api.site_set(given.site, given.floor, changes, given.building)
     done = api.SiteChange(done.done, (*notes, *done.notes), done.restart)
-    _print_changed(done, given.site, given.json, "site set")
+    _print_changed(done, given.site, given.json, "site set", given.floor if placing or parts else None)
 
 
 def _other_plan(given: SetOptions, placing: dict[str, Any]) -> tuple[Any, list[str]]:
@@ -96,7 +98,8 @@ def _other_plan(given: SetOptions, placing: dict[str, Any]) -> tuple[Any, list[s
     if corner is None and placing.keys().isdisjoint(("point", "unit_m")):
         old = before.extent or before.distance or before.scale
         corner = None if old is None else list(old.lower_left_m)
-    options = InitOptions(site=given.site, area=given.area, lower_left=corner if placing else None, **placing)
+    parts = {name: getattr(given, name) for name in _PARTS}
+    options = InitOptions(site=given.site, lower_left=corner if placing else None, **parts, **placing)
     asked = plan_source(options, Path(before.file))
     names = asked.model_fields_set - {"file"}
     kept = {name: value for name, value in before if name not in names and not (placing and name in SCALES)}
