@@ -91,8 +91,8 @@ def _without_strays(drawn: Drawn, roles: list[Role], unit_m: float | None) -> It
         away = stray.distance(building)
         far = f"{away:,.0f} units" if unit_m is None else f"{away * unit_m:,.0f} m"
         yield (
-            f"{len(numbers)} lines on layer {layers} at ({stray.box[0]:.10g}, {stray.box[2]:.10g}) are {far} from the "
-            "building and are left out; choose the part that counts by --area if they belong to it"
+            f"left out, because it is {far} from the building: {len(numbers)} of the lines on layer {layers}, at "
+            f"({stray.box[0]:.10g}, {stray.box[2]:.10g}); choose the part that counts by --area if that is wrong"
         )
         for number in numbers:
             roles[number] = Role(Became.LEFT_OUT, "far from the building")

@@ -178,7 +178,7 @@ def _cropped_geometry(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:
     left, right, low, high = area
 
     def parts(shapes: object, kind: type[BaseGeometry]) -> list[BaseGeometry]:
-        clipped = shapely.get_parts(shapely.clip_by_rect(shapes, left, low, right, high))
+        clipped = shapely.get_parts(shapely.intersection(shapes, shapely.box(left, low, right, high)))
         return [part for part in clipped if isinstance(part, kind) and not part.is_empty]
 
     def segments(lines: FloatArray) -> FloatArray:

@@ -18,7 +18,8 @@ _GAP_SHARE = 0.02
 _MIDDLE = (5.0, 95.0)
 """Percentiles of lines that show the drawing's size, whatever is far away."""
 _LIKE_SHARE = 1 / 3
-"""A part with at least this share of the lines of the largest one may be the drawing as well."""
+_LIKE_AREA = 1 / 4
+"""A part with at least these shares of the lines and the area of the largest one may be the drawing as well."""
 _LONGEST = 5.0
 """Longer lines count as this many usual ones: one line may cross a country."""
 _MOST_NAMED = 8
@@ -44,6 +45,15 @@ class Part:
         (left, right, low, high), (left2, right2, low2, high2) = self.box, other.box
         return max(left2 - right, left - right2, low2 - high, low - high2, 0.0)
 
+    @property
+    def area(self) -> float:
+        """Area of its box."""
+        return (self.box[1] - self.box[0]) * (self.box[3] - self.box[2])
+
+    def is_like(self, other: Part) -> bool:
+        """Whether it may be a floor as the other part may be."""
+        return self.weight >= _LIKE_SHARE * other.weight and self.area >= _LIKE_AREA * other.area
+
     def is_near(self, point: Point) -> bool:
         """Whether a point is in its box, or closer than its own side."""
         (x, y), (left, right, low, high) = point, self.box
@@ -60,7 +70,7 @@ def building_and_strays(lines: Sequence[FloatArray], unit_m: float | None) -> tu
     gap = _gap(boxes, unit_m)
     parts = sorted(_parts(lines, boxes, gap), key=lambda part: -part.weight)
     main = parts[0]
-    alike = [part for part in parts if part.weight >= _LIKE_SHARE * main.weight]
+    alike = [part for part in parts if part.is_like(main)]
     if len(alike) > 1:
         raise OSError(_choice(alike, gap, unit_m))
     strays = [part for part in parts if part.distance(main) > main.side]
@@ -88,16 +98,18 @@ def _gap(boxes: FloatArray, unit_m: float | None) -> float:
 
 def _parts(lines: Sequence[FloatArray], boxes: FloatArray, gap: float) -> list[Part]:
     """Cut at empty bands across what is left, along either axis, as long as there is one."""
-    lengths = np.array([np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines])
-    lengths = np.minimum(lengths, _LONGEST * np.median(lengths))
+    pieces = [np.linalg.norm(np.diff(line, axis=0), axis=1) for line in lines]
+    most = _LONGEST * float(np.median(np.concatenate(pieces)))
+    lengths = np.array([each.clip(max=most).sum() for each in pieces])
     waiting, found = [np.arange(len(lines))], []
     while waiting:
         members = waiting.pop()
-        pieces = next((cut for axis in (0, 2) if len(cut := _cut(members, boxes[:, axis : axis + 2], gap)) > 1), None)
-        if pieces is None:
+        cuts = (_cut(members, boxes[:, axis : axis + 2], gap) for axis in (0, 2))
+        apart = next((cut for cut in cuts if len(cut) > 1), None)
+        if apart is None:
             found.append(Part(members, _around(boxes[members]), float(lengths[members].sum())))
         else:
-            waiting += pieces
+            waiting += apart
     return found
 
 
