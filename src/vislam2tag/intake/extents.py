@@ -120,7 +120,8 @@ def unit_doubt(sides: tuple[float, float], door: float | None, unit_m: float, *,
 
 
 def _sides_m(sides: tuple[float, float], unit_m: float) -> str:
-    return " x ".join(f"{side * unit_m:,.1f} m" for side in sides)
+    metres = (side * unit_m for side in sides)
+    return " x ".join(f"{side:,.0f} m" if side >= 100 else f"{side:.3g} m" for side in metres)
 
 
 def landmark_findings(floor: int, position: FloatArray, plan_m: tuple[float, float] | None) -> list[Finding]:

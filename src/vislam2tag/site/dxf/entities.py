@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
@@ -88,7 +89,7 @@ def open_dxf(data: bytes) -> Any:
         if data.startswith(_BINARY):
             return Drawing.load(binary_tags_loader(data))
         return recover.read(io.BytesIO(data))[0]
-    except (DXFError, ValueError, KeyError, IndexError) as error:
+    except (DXFError, ValueError, KeyError, IndexError, struct.error) as error:
         raise OSError("cannot be read as DXF") from error
 
 

@@ -34,87 +34,87 @@ BUILT = (Kind.WALL, Kind.PART, Kind.DOOR)
 """What can be on a plan as a line that counts."""
 
 _WORDS = {
-    Kind.ANNOTATION: """
-        text texts texte texten txt anno annot* dim dims dimension* note notes notiz* label* tag tags symb symbol*
-        iden title* titl ttlb border legen* leader* callout* sheet vport* viewport* defpoints number* nplt revs
-        revision* bemas* vermass* masse mass masskette* masslinie* masszahl* *beschrift* schrift* *stempel *nummer
-        *nummern nummerier* raumname* plankopf* plankoepfe *planrahmen rahmen blattrahmen kote koten hoehenkote*
-        *bezeichnung* cotes cotation* cotations cartouche* etiquette* annotation* texte* legende* numero* repere* nom
-        noms cadre quota quote quotat* testo testi scritt* etichett* cartigli* squadratur* nomi cota cotas acota*
-        rotul* texto* etiquet* leyenda* cajetin* anotacion* simbol*
-    """,
-    Kind.HATCH: """
-        hatch* htch patt pattern* fill fills poche schraff* *schraffur *schraffuren fuellung* hachur* trame trames
-        remplissage* trattegg* retin* campitur* sombread* trama tramas achurad* rayad*
-    """,
-    Kind.GRID: """
-        grid* cntr centerline* centreline* axis axes *achse *achsen achs* raster* axe assi asse eje ejes maglia
-        reticol* reticul* malla hilfslinie* konstruktionslinie*
-    """,
-    Kind.FURNITURE: """
-        furn* eqpm equip* casework millwork chair* table tables desk* sofa* cabinet* shelf* shelv* bed beds wardrobe*
-        couch* m[ö]bel* m[ö]b *m[ö]bel *m[ö]bl* einrichtung* ausstattung* inventar* *stuhl *st[ü]hle *tisch *tische
-        *schrank *schr[ä]nke schrankwand regal* bett betten k[ü]che* k[ü]chen* bestuhlung* mobili* meuble*
-        ameublement* chaise* lit lits canape* placard* rangement* armoire* cuisine* arred* mobile tavol* sedia sedie
-        letto letti armadi* divan* cucin* attrezz* mueble* amuebl* mesa mesas silla* cama camas armari* enseres
-        cocina*
-    """,
-    Kind.ELECTRICAL: """
-        elec* electr* light* lite lamp* lumin* outlet* socket* powr power elektr* *steckdose *steckdosen *leuchte
-        *leuchten beleucht* licht* schalter* kabel* edv starkstrom schwachstrom eclairage* prise prises interrupt*
-        elettr* illumin* interrutt* prese luci alumbrad* iluminac* enchufe*
-    """,
-    Kind.OVERHEAD: """
-        head lintel* ovhd overhead clng ceiling* roof* beam beams joist* hidden hidd sturz st[ü]rze unterzug*
-        unterz[ü]g* *decke *decken dach *dach daecher verdeckt* unsichtbar* linteau* plafond* toit* poutre* architrav*
-        soffitt* controsoffitt* tetto tetti trave travi dintel* techo* cubierta* viga vigas
-    """,
-    Kind.DEMOLISHED: "demo demol* abbruch* abriss* abzubrechen* derrib*",
-    Kind.DOOR: """
-        door* *doors *door swing t[ue]r t[ue]ren t[ue]re *tuer *tueren *tuere tuer* tur turen turblatt innentur*
-        aussentur* haustur* schiebetur* wohnungstur* brandschutztur* balkontur* eingangstur* drehtur* zimmertur* tor
-        tore *rolltor *rolltore *garagentor* *schiebetor* *sektionaltor* durchg[ä]ng* durchgang* *[ö]ffnung
-        *[ö]ffnungen opening openings porte portes huisserie* menuiserie* portail* vantail vantaux ouverture* porta
-        porton* portafinestr* portefinestr* serrament* infiss* apertura aperture puerta* *puertas *puerta carpinteri*
-        hueco huecos abertura*
-    """,
-    Kind.WALL: """
-        *wall* *wand *wandung *waende *waenden *wande wandlinie* wandkante* wandkontur* wand[ö]* *mauer *mauern
-        mauerwerk* partition* partn ptn drywall masonry trockenbau* rohbau* stahlbeton* vorsatzschale* mur murs
-        murint* murext* cloison* refend* paroi parois porteur porteurs voile voiles maconner* doublage* muro muri mura
-        murat* parete pareti tramezz* tampona* divisori* partizion* setto setti muros pared paredes tabique* tabiquer*
-        medianer* cerramiento* mampara* mamposter* facade* fassade* facciat* fachada*
-    """,
-    Kind.PART: """
-        column* cols pillar* window* *window glaz* *fenster *fenstern fenster* *verglasung* st[ü]tze* *st[ü]tze
-        *st[ü]tzen pfeiler* s[ä]ule* fenetre* vitrage* vitre vitres chassis baie baies poteau* pilier* finestr*
-        vetrat* vetri pilastr* colonn* ventan* vidri* acristal* pilar pilares columna*
-    """,
-    Kind.SANITARY: """
-        plumb* plum plmb *sanit* fixt* toilet* wc basin* sink sinks shower* bath* hvac mech mechan* duct* waschb*
-        waschtisch* dusche* badewanne* armatur* heiz* l[ü]ftung* hls hlsk plomb* lavabo* douche* baignoire* evier* cvc
-        vmc chauffage* radiat* idraul* idric* bagn* lavandin* doccia docce riscald* fontaner* saneam* ducha* inodoro*
-        calefac* climatiz* desag*
-    """,
-    Kind.STAIRS: """
-        stair* strs steps lift lifts elevator* evtr ramp* handrail* railing* *treppe *treppen treppe* stufe* aufzug*
-        aufz[ü]g* gelaender* escalier* marche marches ascens* rampe* scala scale gradin* ringhier* escaler* peldan*
-        barandill*
-    """,
-    Kind.AREA: """
-        area areas room rooms flor floor* zone zones fl[ä]che* *fl[ä]che *fl[ä]chen *raum *r[ä]ume raumpolygon* boden*
-        *belag bgf ngf nuf surface* piece pieces local locaux dallage* carrelage* superfic* locale locali vano vani
-        pavim* aree suelo* estancia* recinto*
-    """,
-    Kind.OUTDOORS: """
-        site topo park parking plnt plant* landscape* tree trees car cars people person* terrain gel[ä]nde baum*
-        b[ä]ume auto autos fahrzeug* grundst[ü]ck* arbre* alber* arbol* aussenanlage* flucht* rettung* escape* evac*
-        evak* esodo
-    """,
-    Kind.SECTION: """
-        sect section* elev elevation* detail* detl schnitt* ansicht* coupe coupes elevations sezion* prospett*
-        seccion* corte cortes alzado*
-    """,
+    Kind.ANNOTATION: (
+        "text texts texte texten txt anno annot* dim dims dimension* note notes notiz* label* tag tags symb",
+        "symbol* iden title* titl ttlb border legen* leader* callout* sheet vport* viewport* defpoints number*",
+        "nplt revs revision* bemas* vermass* masse mass masskette* masslinie* masszahl* *beschrift* schrift*",
+        "*stempel *nummer *nummern nummerier* raumname* plankopf* plankoepfe *planrahmen rahmen blattrahmen kote",
+        "koten hoehenkote* *bezeichnung* cotes cotation* cotations cartouche* etiquette* annotation* texte*",
+        "legende* numero* repere* nom noms cadre quota quote quotat* testo testi scritt* etichett* cartigli*",
+        "squadratur* nomi cota cotas acota* rotul* texto* etiquet* leyenda* cajetin* anotacion* simbol*",
+    ),
+    Kind.HATCH: (
+        "hatch* htch patt pattern* fill fills poche schraff* *schraffur *schraffuren fuellung* hachur* trame",
+        "trames remplissage* trattegg* retin* campitur* sombread* trama tramas achurad* rayad*",
+    ),
+    Kind.GRID: (
+        "grid* cntr centerline* centreline* axis axes *achse *achsen achs* raster* axe assi asse eje ejes maglia",
+        "reticol* reticul* malla hilfslinie* konstruktionslinie*",
+    ),
+    Kind.FURNITURE: (
+        "furn* eqpm equip* casework millwork chair* table tables desk* sofa* cabinet* shelf* shelv* bed beds",
+        "wardrobe* couch* m[ö]bel* m[ö]b *m[ö]bel *m[ö]bl* einrichtung* ausstattung* inventar* *stuhl *st[ü]hle",
+        "*tisch *tische *schrank *schr[ä]nke schrankwand regal* bett betten k[ü]che* k[ü]chen* bestuhlung*",
+        "mobili* meuble* ameublement* chaise* lit lits canape* placard* rangement* armoire* cuisine* arred*",
+        "mobile tavol* sedia sedie letto letti armadi* divan* cucin* attrezz* mueble* amuebl* mesa mesas silla*",
+        "cama camas armari* enseres cocina*",
+    ),
+    Kind.ELECTRICAL: (
+        "elec* electr* light* lite lamp* lumin* outlet* socket* powr power elektr* *steckdose *steckdosen",
+        "*leuchte *leuchten beleucht* licht* schalter* kabel* edv starkstrom schwachstrom eclairage* prise prises",
+        "interrupt* elettr* illumin* interrutt* prese luci alumbrad* iluminac* enchufe*",
+    ),
+    Kind.OVERHEAD: (
+        "head lintel* ovhd overhead clng ceiling* roof* beam beams joist* hidden hidd sturz st[ü]rze unterzug*",
+        "unterz[ü]g* *decke *decken dach *dach daecher verdeckt* unsichtbar* linteau* plafond* toit* poutre*",
+        "architrav* soffitt* controsoffitt* tetto tetti trave travi dintel* techo* cubierta* viga vigas",
+    ),
+    Kind.DEMOLISHED: ("demo demol* abbruch* abriss* abzubrechen* derrib*",),
+    Kind.DOOR: (
+        "door* *doors *door swing t[ue]r t[ue]ren t[ue]re *tuer *tueren *tuere tuer* tur turen turblatt innentur*",
+        "aussentur* haustur* schiebetur* wohnungstur* brandschutztur* balkontur* eingangstur* drehtur* zimmertur*",
+        "tor tore *rolltor *rolltore *garagentor* *schiebetor* *sektionaltor* durchg[ä]ng* durchgang* *[ö]ffnung",
+        "*[ö]ffnungen opening openings porte portes huisserie* menuiserie* portail* vantail vantaux ouverture*",
+        "porta porton* portafinestr* portefinestr* serrament* infiss* apertura aperture puerta* *puertas *puerta",
+        "carpinteri* hueco huecos abertura*",
+    ),
+    Kind.WALL: (
+        "*wall* *wand *wandung *waende *waenden *wande wandlinie* wandkante* wandkontur* wand[ö]* *mauer *mauern",
+        "mauerwerk* partition* partn ptn drywall masonry trockenbau* rohbau* stahlbeton* vorsatzschale* mur murs",
+        "murint* murext* cloison* refend* paroi parois porteur porteurs voile voiles maconner* doublage* muro",
+        "muri mura murat* parete pareti tramezz* tampona* divisori* partizion* setto setti muros pared paredes",
+        "tabique* tabiquer* medianer* cerramiento* mampara* mamposter* facade* fassade* facciat* fachada*",
+    ),
+    Kind.PART: (
+        "column* cols pillar* window* *window glaz* *fenster *fenstern fenster* *verglasung* st[ü]tze* *st[ü]tze",
+        "*st[ü]tzen pfeiler* s[ä]ule* fenetre* vitrage* vitre vitres chassis baie baies poteau* pilier* finestr*",
+        "vetrat* vetri pilastr* colonn* ventan* vidri* acristal* pilar pilares columna*",
+    ),
+    Kind.SANITARY: (
+        "plumb* plum plmb *sanit* fixt* toilet* wc basin* sink sinks shower* bath* hvac mech mechan* duct*",
+        "waschb* waschtisch* dusche* badewanne* armatur* heiz* l[ü]ftung* hls hlsk plomb* lavabo* douche*",
+        "baignoire* evier* cvc vmc chauffage* radiat* idraul* idric* bagn* lavandin* doccia docce riscald*",
+        "fontaner* saneam* ducha* inodoro* calefac* climatiz* desag*",
+    ),
+    Kind.STAIRS: (
+        "stair* strs steps lift lifts elevator* evtr ramp* handrail* railing* *treppe *treppen treppe* stufe*",
+        "aufzug* aufz[ü]g* gelaender* escalier* marche marches ascens* rampe* scala scale gradin* ringhier*",
+        "escaler* peldan* barandill*",
+    ),
+    Kind.AREA: (
+        "area areas room rooms flor floor* zone zones fl[ä]che* *fl[ä]che *fl[ä]chen *raum *r[ä]ume raumpolygon*",
+        "boden* *belag bgf ngf nuf surface* piece pieces local locaux dallage* carrelage* superfic* locale locali",
+        "vano vani pavim* aree suelo* estancia* recinto*",
+    ),
+    Kind.OUTDOORS: (
+        "site topo park parking plnt plant* landscape* tree trees car cars people person* terrain gel[ä]nde baum*",
+        "b[ä]ume auto autos fahrzeug* grundst[ü]ck* arbre* alber* arbol* aussenanlage* flucht* rettung* escape*",
+        "evac* evak* esodo",
+    ),
+    Kind.SECTION: (
+        "sect section* elev elevation* detail* detl schnitt* ansicht* coupe coupes elevations sezion* prospett*",
+        "seccion* corte cortes alzado*",
+    ),
 }
 """Words of each kind, the first kinds count first: what is written on walls is no wall, but a wall of a toilet is one.
 
@@ -160,7 +160,7 @@ def _folded(word: str) -> str:
 
 @cache
 def _pattern(kind: Kind) -> re.Pattern[str]:
-    words = _WORDS[kind].split()
+    words = " ".join(_WORDS[kind]).split()
     for spelling, pattern in _SPELLINGS.items():
         words = [word.replace(spelling, pattern) for word in words]
     return re.compile(rf"\b(?:{'|'.join(words)})\b")
