@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.site.dxf.drawings import WALLS, add_floor, parts, read
+from tests.site.dxf.drawings import WALLS, Build, add_floor, parts, read
 
 
 def add_more(space: Any, layer: str) -> None:
@@ -16,17 +16,25 @@ def add_more(space: Any, layer: str) -> None:
         space.add_line((-1, y), (21, y), dxfattribs={"layer": layer})
 
 
+def floor_and(layer: str, more: str) -> Build:
+    def build(_: object, space: Any) -> None:
+        add_floor(space, layer=layer)
+        add_more(space, more)
+
+    return build
+
+
 @pytest.mark.parametrize("layer", ["Bemaßung", "A-WALL-DIMS", "Cotes", "Mobilier", "Elektro", "Wandschraffur"])
 @pytest.mark.parametrize("walls", ["Wände", "CLOISONS", "pareti", "Tabiques", "Bestand"])
 def test_what_is_called_after_other_things_is_left_out(tmp_path: Path, walls: str, layer: str) -> None:
-    drawing = read(tmp_path, lambda document, space: (add_floor(space, layer=walls), add_more(space, layer)))
+    drawing = read(tmp_path, floor_and(walls, layer))
     assert drawing.bounds == (0, 20, 0, 10)
     assert {name: became for name, became, _, _ in parts(drawing)} == {walls: "walls", layer: "left out"}
     assert not drawing.notes
 
 
 def test_windows_alone_are_not_all_walls(tmp_path: Path) -> None:
-    drawing = read(tmp_path, lambda document, space: (add_floor(space, layer="Bestand"), add_more(space, "Fenster")))
+    drawing = read(tmp_path, floor_and("Bestand", "Fenster"))
     assert {became for _, became, _, _ in parts(drawing)} == {"walls"}
 
 
@@ -55,7 +63,7 @@ def test_blocks_on_layers_of_walls_are_what_they_are_called(tmp_path: Path, bloc
     ],
 )
 def test_layers_are_chosen(tmp_path: Path, choice: dict[str, object], expected: object) -> None:
-    drawing = read(tmp_path, lambda document, space: (add_floor(space, layer="neu"), add_more(space, "Wand")), **choice)
+    drawing = read(tmp_path, floor_and("neu", "Wand"), **choice)
     assert parts(drawing) == expected
 
 
@@ -66,9 +74,9 @@ def test_layers_that_are_not_there(tmp_path: Path, choice: str) -> None:
 
 
 def test_layers_of_which_it_is_not_clear_are_noted(tmp_path: Path) -> None:
-    two = read(tmp_path, lambda document, space: (add_floor(space, layer="neu"), add_more(space, "alt")))
+    two = read(tmp_path, floor_and("neu", "alt"))
     assert two.notes[0].startswith("no layer is called after walls, so all lines on alt, neu became walls")
-    more = read(tmp_path, lambda document, space: (add_floor(space, layer="neu"), add_more(space, "Wand")))
+    more = read(tmp_path, floor_and("neu", "Wand"))
     assert more.notes[0].startswith("layer neu contains more lines (7) than all walls (3) and is left out")
 
 
