@@ -105,7 +105,7 @@ def test_one_time_200_years_later_is_left_out(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", [("site", "walkable"), ("plan",)])
-def test_a_plan_with_something_500_km_away_is_one_message(tmp_path: Path, command: tuple[str, ...]) -> None:
+def test_a_plan_that_is_said_to_be_500_km_wide_is_one_message(tmp_path: Path, command: tuple[str, ...]) -> None:
     site = tmp_path / "site"
     (site / "floor_0").mkdir(parents=True)
     plan = drawn_floor.dxf(site)
@@ -113,7 +113,9 @@ def test_a_plan_with_something_500_km_away_is_one_message(tmp_path: Path, comman
     drawing.modelspace().add_line((5e8, 0), (5e8, 1000), dxfattribs={"layer": "A-WALL"})
     drawing.saveas(plan)
     (site / "floor_0" / "marker_dict.csv").write_text("id,x,y\n1,2.0,2.0\n2,15.0,2.5\n")
-    (site / "site.toml").write_text('[[floors]]\nnumber = 0\n[floors.plan]\nfile = "plan.dxf"\n')
+    (site / "site.toml").write_text(
+        '[[floors]]\nnumber = 0\n[floors.plan]\nfile = "plan.dxf"\narea = [-1, -1, 6e8, 2e4]\nunit_m = 0.001\n'
+    )
     printed = run(*command, site, "--out", tmp_path / "out")
     assert "plan.dxf: the plan of floor 0 is 500000 m wide" in printed
     assert "a side may be 1 to 10000 m long" in printed

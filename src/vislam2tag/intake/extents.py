@@ -52,6 +52,11 @@ FLOOR = Extent("a floor", 1.0, 3_000.0, MAX_FLOOR_M)
 """A side of a floor or of its plan. A cupboard is 1 m deep, and the largest buildings are 2 km long."""
 POSITIONS = Extent("a floor with several points", 1.0, 3_000.0, MAX_FLOOR_M)
 """What the landmarks of a floor, surveyed points, or the fingerprints of a building span along an axis."""
+UNITS_M = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254, "foot": 0.3048}
+"""Metres a unit of drawings, the usual ones."""
+_METRIC = ("metre", "centimetre", "millimetre")
+_DOOR_M = (0.4, 4.0)
+"""Radius of the widest swing of a floor's doors, metres."""
 MIN_POINTS = 3
 """Two landmarks may be next to each other."""
 MAX_RATIO = 30.0
@@ -115,6 +120,41 @@ def floor_fit(one: Box, other: Box) -> FloorFit:
 
 def _is_other_size(ratio: float) -> bool:
     return max(ratio, 1 / ratio) > 1 + SIZE_TOLERANCE
+
+
+def unit_fits(sides: tuple[float, float], door: float | None, unit_m: float) -> bool:
+    """Whether a plan's sides, and the radius of its widest door swing if it has one, are those of a floor in a unit."""
+    of_floor = not any(FLOOR.cause(side * unit_m) for side in sides)
+    return of_floor and (door is None or _DOOR_M[0] <= door * unit_m <= _DOOR_M[1])
+
+
+def unit_doubt(sides: tuple[float, float], door: float | None, unit_m: float, *, metric: bool) -> str:
+    """Why the unit that a drawing's header states may be wrong, and the others that fit; empty if nothing is odd.
+
+    ``metric``: whether the header says so. ``sides`` and ``door`` as :func:`unit_fits`, units of the file.
+    """
+    stated = next((name for name, each in UNITS_M.items() if np.isclose(each, unit_m)), f"{unit_m:g} m")
+    fits = unit_fits(sides, door, unit_m)
+    if fits and (door is not None or not metric or stated in _METRIC or stated not in UNITS_M):
+        return ""
+    others = {name: each for name, each in UNITS_M.items() if name != stated and (name in _METRIC or not metric)}
+    choices = [
+        f"--unit-m {each:g} if it is 1 {name} ({_sides_m(sides, each)})"
+        for name, each in others.items()
+        if unit_fits(sides, door, each)
+    ]
+    size = _sides_m(sides, unit_m)
+    why = (
+        "but also that it is metric"
+        if fits
+        else "which no floor" + ("" if door is None else " with such doors") + " is"
+    )
+    return f"a unit is 1 {stated} ({size}), {why}: use {' or '.join(choices)}" if choices else ""
+
+
+def _sides_m(sides: tuple[float, float], unit_m: float) -> str:
+    metres = (side * unit_m for side in sides)
+    return " x ".join(f"{side:,.0f} m" if side >= 100 else f"{side:.3g} m" for side in metres)
 
 
 def landmark_findings(floor: int, position: FloatArray, plan_m: tuple[float, float] | None) -> list[Finding]:

@@ -196,6 +196,23 @@ def test_a_null_reference_system_means_metres(tmp_path: Path) -> None:
     assert floor_plan(floor_with(tmp_path / "plan.geojson", {"unit_m": 1.0})).extent_m == (0, 9, 0, 9)
 
 
+def test_polygons_and_passages_are_cut_at_an_area(tmp_path: Path) -> None:
+    features = [
+        feature("Polygon", square(0, 0, 40), use="outline"),
+        feature("Polygon", square(10, 10, 20), use="obstacle"),
+        feature("Polygon", square(30, 30, 5), use="obstacle"),
+        feature("LineString", [[5, 0], [5, 30]], use="wall"),
+    ]
+    (tmp_path / "plan.geojson").write_text(collection(*features))
+    plan = floor_plan(floor_with(tmp_path / "plan.geojson", {"unit_m": 1, "epsg": None, "area": (0, 0, 20, 25)}))
+    assert plan.extent_m == (0, 20, 0, 25)
+    assert [(each.use, np.ptp(each.outline, axis=0).tolist()) for each in plan.polygons] == [
+        (Use.OUTLINE, [20, 25]),
+        (Use.OBSTACLE, [10, 15]),
+    ]
+    assert plan.walls.tolist() == [[[5, 0], [5, 25]]]
+
+
 def test_degrees_can_be_fitted_to_an_extent(tmp_path: Path) -> None:
     turned_north = {"extent": {**EXTENT, "lower_left_m": (3.0, 4.0)}}
     plan = floor_plan(floor_with(drawn_floor.geojson(tmp_path), turned_north))

@@ -32,6 +32,7 @@ from vislam2tag.site.walkable.painted_cells import (
     inside_of,
     largest_region,
     read_mask,
+    regions,
 )
 
 GRID = CellGrid((-2.0, 1.0), 0.5, 30, 40)
@@ -236,3 +237,26 @@ def test_images_and_what_cannot_be_read_tell_nothing(site: Path) -> None:
     assert drawing_mark(replace(floor, plan=floor.plan.with_name("floor_image.png"))) is None
     floor.plan.write_text("no drawing", encoding="utf-8")
     assert drawn_area(floor) is None
+
+
+@pytest.mark.parametrize("place", [0.0, 2.0, 2.03, 9.95, 10.0])
+def test_a_line_is_one_cell_wherever_it_is(place: float) -> None:
+    across = np.array([((place, 0.0), (place, 10.0))])
+    for lines in (across, across[..., ::-1]):
+        cells = line_walls(lines, FINE, 0.1)
+        assert int(cells.any(axis=0).sum() * cells.any(axis=1).sum()) == 100
+
+
+FINE = CellGrid((0.0, 0.0), 0.1, 100, 100)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.floats(0.1, 0.49), st.floats(0, np.pi), st.floats(-0.1, 0.1))
+def test_what_is_between_faces_is_wall_and_holds(apart_m: float, angle: float, aside: float) -> None:
+    along = np.array([np.cos(angle), np.sin(angle)])
+    ends = np.array([-20.0, 20.0])[:, None] * along + (5.0 + aside, 5.0)
+    other = ends + apart_m * np.array([-along[1], along[0]])
+    cells = line_walls(np.stack((ends, other)), FINE, 0.1)
+    wall = shapely.intersection(shapely.Polygon([*ends, *other[::-1]]), shapely.box(0, 0, 10, 10))
+    assert cells.sum() * FINE.cell_m**2 == pytest.approx(wall.area, abs=0.6)
+    assert regions(~cells).max() == 2

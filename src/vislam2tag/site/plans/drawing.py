@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from PIL import Image
+from shapely.geometry.base import BaseGeometry
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import missing_extra
@@ -171,18 +173,18 @@ def mapped_texts(texts: tuple[PlanText, ...], to: Callable[[FloatArray], FloatAr
 
 
 def cropped(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:
-    """Keep of a picture what is between ``area``, in the drawing's coordinates with y upwards.
+    """Keep what is between ``area``, in the drawing's coordinates with y upwards.
 
-    Raises OSError, whose text completes a sentence about the file, where that is nothing, or the drawing no picture.
+    Raises OSError, whose text completes a sentence about the file, where that is nothing.
     """
-    if drawing.picture is None:
-        raise OSError("is not a picture, but area selects a part of a picture; choose layers or a level instead")
     whole, picture = drawing.bounds, drawing.picture
     left, right, low, high = (
         max(area[0], whole[0]), min(area[1], whole[1]), max(area[2], whole[2]), min(area[3], whole[3])
     )  # fmt: skip
     if not (left < right and low < high):
         raise OSError("has nothing in that area; correct area")
+    if picture is None:
+        return _cropped_geometry(drawing, (left, right, low, high))
     size = (whole[1] - whole[0], whole[3] - whole[2])
     enlarged = max(size) / max(right - left, high - low)
 
@@ -193,6 +195,47 @@ def cropped(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:
         return image.crop((round(box[0]), round(box[1]), max(round(box[2]), 1), max(round(box[3]), 1)))
 
     return replace(drawing, bounds=(left, right, low, high), picture=part)
+
+
+def _cropped_geometry(drawing: PlanDrawing, area: Bounds) -> PlanDrawing:
+    left, right, low, high = area
+
+    def parts(shapes: object, kind: type[BaseGeometry]) -> list[BaseGeometry]:
+        clipped = shapely.get_parts(shapely.intersection(shapes, shapely.box(left, low, right, high)))
+        return [part for part in clipped if isinstance(part, kind) and not part.is_empty]
+
+    def segments(lines: FloatArray) -> FloatArray:
+        found = [
+            shapely.get_coordinates(part)[[0, -1]] for part in parts(shapely.linestrings(lines), shapely.LineString)
+        ]
+        return np.array(found).reshape(-1, 2, 2)
+
+    polygons = tuple(
+        PlanPolygon(_ring(part.exterior), tuple(map(_ring, part.interiors)), each.use, each.name)
+        for each in drawing.polygons
+        for part in parts(shapely.make_valid(shapely.Polygon(each.outline, each.holes)), shapely.Polygon)
+    )
+    kept = replace(
+        drawing,
+        polygons=polygons,
+        walls=segments(drawing.walls),
+        doors=segments(drawing.doors),
+        passages=tuple(
+            shapely.get_coordinates(part)
+            for line in drawing.passages
+            for part in parts(shapely.linestrings(line), shapely.LineString)
+        ),
+        texts=tuple(one for one in drawing.texts if left <= one.place_m[0] <= right and low <= one.place_m[1] <= high),
+    )
+    try:
+        return mapped(kept, lambda points: points)
+    except OSError as error:
+        raise OSError("has nothing in that area; correct area") from error
+
+
+def _ring(ring: BaseGeometry) -> FloatArray:
+    """Corners (k, 2) of a ring, the first one once."""
+    return np.asarray(shapely.get_coordinates(ring)[:-1])
 
 
 def file_bytes(path: Path) -> bytes:

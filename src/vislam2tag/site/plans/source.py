@@ -87,7 +87,8 @@ class PlanSource(_Part):
     level: str | None = None
     """Of a file with several (GeoJSON, OSM, IMDF, IFC): its number or name; the first level where this is empty."""
     layers: tuple[str, ...] = ()
-    """Of a DXF: those that contain walls; none given: those that are called so, else all but doors and text."""
+    """Of a DXF: those that contain walls (``*`` and ``?`` match); none given: those that are called so, else all whose
+    names stand for nothing else."""
     doors: tuple[str, ...] = ()
     """Of a DXF: further layers that contain doors (``*`` and ``?`` match)."""
     ignore: tuple[str, ...] = ()
@@ -98,8 +99,8 @@ class PlanSource(_Part):
     epsg: Annotated[int, Field(gt=0)] | None = None
     """Reference system of the file's coordinates, if the file does not contain it (DXF) or is wrong."""
     area: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] | None = None
-    """Of a picture (image, PDF, SVG): two opposite corners, x, y, x, y, of the part that counts, in the plan's own
-    coordinates; not given: all of it."""
+    """Two opposite corners, x, y, x, y, of the part that counts, in the plan's own coordinates; not given: all of
+    it."""
     extent: Extent | None = None
     points: tuple[ScalePoint, ScalePoint] | None = None
     distance: ScaleDistance | None = None

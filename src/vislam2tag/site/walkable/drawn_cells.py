@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from vislam2tag.common.errors import StoreError, SurveyError
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.given_files import read_bytes
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea
 from vislam2tag.site.model import Floor, StoredFile
 from vislam2tag.site.plan_formats.raster import IMAGES
@@ -26,7 +26,14 @@ from vislam2tag.site.settings import WalkableSettings
 
 WALL_M = 0.1
 """Thickness of walls that are given as lines, metres."""
-_HOLDS_CELLS = 1.05
+_HOLDS_CELLS = 1.002
+_FACES_M = 0.5
+"""Lines closer beside each other are the faces of a wall: no passage is so narrow."""
+_PARALLEL = 0.03
+"""Sine of the greatest angle between faces of a wall."""
+_ON_FACE_M = 0.01
+"""Shorter stretches, and smaller differences of thickness, are none."""
+_ASIDE_CELLS = 0.02
 _LAP_M = 0.02
 """Openings reach this far over the walls that they open, metres."""
 
@@ -55,9 +62,79 @@ def drawn_walls(plan: FloorPlan, grid: CellGrid) -> BoolArray:
 
 
 def line_walls(walls: FloatArray, grid: CellGrid, thickness_m: float) -> BoolArray:
-    """Return which cells lie in walls given as segments (w, 2, 2); none is thinner than a cell, so that all hold."""
-    half_m = max(thickness_m, _HOLDS_CELLS * grid.cell_m) / 2
-    return cells_in(shapely.union_all(shapely.buffer(shapely.linestrings(walls), half_m, cap_style="square")), grid)
+    """Return which cells lie in walls given as segments (w, 2, 2); none is thinner than a cell, so that all hold.
+
+    Parallel lines close beside each other are the faces of one wall, which is as thick as they are apart.
+    """
+    least_m = _HOLDS_CELLS * grid.cell_m
+    bodies, single = _bodies(walls, least_m)
+    left, right, low, high = grid.extent_m
+    half_m = grid.cell_m / 2
+    single = single.clip((left + half_m, low + half_m), (right - half_m, high - half_m))  # the outer wall is inside
+    lines = shapely.buffer(shapely.linestrings(single), max(thickness_m, least_m) / 2, cap_style="square")
+    # Walls are often drawn on the borders of cells: then rounding would decide which cells are in them.
+    aside_m = _ASIDE_CELLS * grid.cell_m
+    aside = CellGrid((left - aside_m, low - aside_m), grid.cell_m, *grid.shape)
+    return cells_in(shapely.union_all([*lines, *shapely.polygons(bodies)]), aside)
+
+
+def _bodies(walls: FloatArray, least_m: float) -> tuple[FloatArray, FloatArray]:
+    """Quadrilaterals (k, 4, 2) between faces of walls, and the parts (s, 2, 2) of segments (w, 2, 2) that are no face.
+
+    Faces are at least ``least_m`` apart.
+    """
+    length = np.linalg.norm(walls[:, 1] - walls[:, 0], axis=1)
+    walls, length = walls[length > 0], length[length > 0]
+    along = (walls[:, 1] - walls[:, 0]) / length[:, None]
+    across = np.column_stack((-along[:, 1], along[:, 0]))
+    lines = shapely.linestrings(walls)
+    one, other = shapely.STRtree(lines).query(lines, predicate="dwithin", distance=_FACES_M)
+    parallel = np.abs((across[one] * along[other]).sum(axis=1)) < _PARALLEL
+    one, other = one[parallel], other[parallel]
+    ends = walls[other] - walls[one, 0][:, None]
+    place, offset = ((ends * axis[one][:, None]).sum(axis=2) for axis in (along, across))  # (pairs, ends) each
+    low, high = place.min(axis=1).clip(min=0), np.minimum(place.max(axis=1), length[one])
+    apart = offset.mean(axis=1)
+    near = (high - low > _ON_FACE_M) & (np.abs(apart) > least_m - _ON_FACE_M) & (np.abs(apart) < _FACES_M)
+    near[near] = _nearest(one[near], apart[near])
+    one, other, low, high, place, offset, apart = (each[near] for each in (one, other, low, high, place, offset, apart))
+    stretch = np.stack((low, high), axis=1)
+    share = (stretch - place[:, :1]) / np.diff(place, axis=1)
+    far = offset[:, :1] + share * np.diff(offset, axis=1)
+    side = np.sign(apart)[:, None]
+    far = side * np.maximum(side * far, least_m)
+    base = walls[one, 0][:, None] + stretch[..., None] * along[one][:, None]
+    opposite = base + far[..., None] * across[one][:, None]
+    faces = np.concatenate((one, other))
+    covered = np.concatenate((stretch, np.sort(share, axis=1) * length[other][:, None]))
+    bare, parts = _uncovered(length, faces, covered)
+    single: FloatArray = walls[bare, 0][:, None] + parts[..., None] * along[bare][:, None]
+    return np.concatenate((base, opposite[:, ::-1]), axis=1), single
+
+
+def _nearest(one: IntArray, apart: FloatArray) -> BoolArray:
+    """Which pairs (n,) are those of the nearest other line on either side of ``one``."""
+    side = 2 * one + (apart > 0)
+    order = np.lexsort((np.abs(apart), side))
+    first = np.ones(len(order), dtype=np.bool_)
+    first[1:] = np.diff(side[order]) > 0
+    nearest = np.zeros(len(order), dtype=np.bool_)
+    nearest[order[first]] = True
+    return nearest
+
+
+def _uncovered(length: FloatArray, line: IntArray, covered: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Lines and stretches (s, 2) of lines of a ``length`` (w,) that no stretch (n, 2) of ``line`` (n,) covers."""
+    every = np.arange(len(length))
+    whole = np.concatenate((line, every, every))
+    ends = np.column_stack((length, length))
+    apart = whole * (length.max(initial=0.0) + 1.0)  # so that lines follow each other
+    placed = np.concatenate((covered, 0 * ends, ends)) + apart[:, None]
+    order = np.argsort(placed[:, 0], kind="stable")
+    start, reached = placed[order, 0], np.maximum.accumulate(placed[order, 1])
+    bare = np.flatnonzero((start[1:] - reached[:-1] > _ON_FACE_M) & (np.diff(whole[order]) == 0))
+    stretches = np.stack((reached[bare], start[bare + 1]), axis=1) - apart[order[bare]][:, None]
+    return whole[order[bare]], stretches
 
 
 def polygon_floor(polygons: tuple[PlanPolygon, ...], grid: CellGrid) -> BoolArray:
