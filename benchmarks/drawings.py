@@ -18,6 +18,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -48,7 +49,7 @@ class Drawing:
         return any(word in self.name for word in ("single", "rooms", "levels", "imdf"))
 
 
-def dxf(name: str, options: str = "", **style: object) -> Drawing:
+def dxf(name: str, options: str = "", **style: Any) -> Drawing:
     """A DXF drawing with a style."""
     return Drawing(
         f"dxf-{name}", "plan.dxf", lambda floor, path: files.write_dxf(floor, DxfStyle(**style), path), options

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vislam2tag import api
 from vislam2tag.cli.next_steps import next_step
 from vislam2tag.cli.options import AsJson, SiteFolder
 from vislam2tag.cli.records import argument, command, option
-from vislam2tag.cli.site_init import InitOptions, numbers, plan_source
+from vislam2tag.cli.site_init import InitOptions, numbers, plan_source, print_report, reported
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.errors import UsageError
+
+if TYPE_CHECKING:
+    from vislam2tag.pipeline.site.plan_report import PlanReport
 
 _PLACING = ("width_m", "height_m", "scale", "distance", "point", "unit_m")
 _PARTS = ("area", "walls", "doors", "ignore")
@@ -81,7 +84,8 @@ def set_command(given: SetOptions) -> None:
     )
     done = api.site_set(given.site, given.floor, changes, given.building)
     done = api.SiteChange(done.done, (*notes, *done.notes), done.restart)
-    _print_changed(done, given.site, given.json, "site set", given.floor if placing or parts else None)
+    report = None if plan is None else reported(given.site, given.floor)
+    _print_changed(done, given.site, given.json, "site set", report)
 
 
 def _other_plan(given: SetOptions, placing: dict[str, Any]) -> tuple[Any, list[str]]:
@@ -208,12 +212,16 @@ def _write_page(page: Path, site: Path, floor: int, onto: int, json: bool) -> No
     answer({"page": page}, json, lambda: next_step("site align, page", page=page))
 
 
-def _print_changed(change: api.SiteChange, site: Path, json: bool, after: str) -> None:
+def _print_changed(
+    change: api.SiteChange, site: Path, json: bool, after: str, report: PlanReport | None = None
+) -> None:
     def show() -> None:
         for line in change.done:
             say(line)
         for note in change.notes:
             say(f"note: {note}")
+        if report is not None:
+            print_report(report)
         next_step("site set, planned" if change.restart else after, site=site)
 
-    answer(change, json, show)
+    answer(asdict(change) | ({} if report is None else {"plan": report}), json, show)

@@ -203,8 +203,8 @@ def init_command(given: InitOptions) -> None:
     answer(record, given.json, lambda: _print(lines, report, summary, given.site))
 
 
-def reported(site: Path, number: int) -> PlanReport:
-    """How the plan of a floor is read."""
+def reported(site: Path, number: int | None) -> PlanReport:
+    """How the plan of a floor is read; no ``number``: of the only floor."""
     from vislam2tag.pipeline.site.plan_report import report_plan
 
     with visible_console(stderr=True).status("reading the plan"):

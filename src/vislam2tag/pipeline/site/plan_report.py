@@ -34,26 +34,29 @@ class PlanReport:
     """Walls, doors and walkable space as they were taken; None if nothing can be walked."""
 
 
-def report_plan(root: AnyPath, number: int) -> PlanReport:
+def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     """Find the walkable space of a floor's plan, check it, and draw it to ``floor_K/plan_as_read.png``.
+
+    No ``number``: the first floor.
 
     Raises SurveyError if the floor or its plan cannot be read, OutputError if the picture cannot be written.
     """
     root = Path(root)
-    floor = read_site(root)[0].floor(number)
+    site, _ = read_site(root)
+    floor = site.floors[0] if number is None else site.floor(number)
     if floor.plan is None or floor.source is None:
-        raise SurveyError(f"{root}: floor {number} has no plan; add one with vislam2tag site init --plan")
+        raise SurveyError(f"{root}: floor {floor.number} has no plan; add one with vislam2tag site init --plan")
     drawing, plan = read_drawing(floor.plan, floor.source), floor_plan(floor)
-    warnings = [*drawing.notes, *floor_fit_notes(root, number)]
+    warnings = [*drawing.notes, *floor_fit_notes(root, floor.number)]
     left, right, low, high = plan.extent_m
     if max(right - left, high - low) > _LARGEST_M:
         warnings.append(f"the plan is {right - left:,.0f} m wide and {high - low:,.0f} m high: check its unit")
     try:
         space = walkable_space(plan)
     except SurveyError as error:
-        return PlanReport(number, drawing.taken, (*warnings, str(error)), None)
-    picture = root / f"floor_{number}" / PICTURE
+        return PlanReport(floor.number, drawing.taken, (*warnings, str(error)), None)
+    picture = root / f"floor_{floor.number}" / PICTURE
     image = io.BytesIO()
     taken_picture(plan, space).save(image, "PNG")
     write_in_survey(root, picture, image.getvalue())
-    return PlanReport(number, drawing.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
+    return PlanReport(floor.number, drawing.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
