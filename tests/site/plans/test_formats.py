@@ -205,7 +205,7 @@ def test_polygons_and_passages_are_cut_at_an_area(tmp_path: Path) -> None:
     ]
     (tmp_path / "plan.geojson").write_text(collection(*features))
     plan = floor_plan(floor_with(tmp_path / "plan.geojson", {"unit_m": 1, "epsg": None, "area": (0, 0, 20, 25)}))
-    assert plan.extent_m == (0, 20, 0, 25)
+    assert plan.extent_m == pytest.approx((0, 20, 0, 25))
     assert [(each.use, np.ptp(each.outline, axis=0).tolist()) for each in plan.polygons] == [
         (Use.OUTLINE, [20, 25]),
         (Use.OBSTACLE, [10, 15]),
