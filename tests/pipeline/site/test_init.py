@@ -26,7 +26,6 @@ from vislam2tag.site.site_file import FloorPart, GeoreferencePart
         (drawn_floor.imdf, {"level": "0", "others": "walkable"}, "--others: does not apply to .* but to geojson"),
         (drawn_floor.svg, {"epsg": 25832}, "--epsg: does not apply to .* but to dxf, geojson"),
         (drawn_floor.geojson, {"area": [0, 0, 1, 1]}, "--area: does not apply to .* but to dxf, pdf, raster, svg"),
-        (drawn_floor.dxf, {"scale": {"one_to": 100}}, "--scale: does not apply to .* but to pdf, svg"),
     ],
 )
 def test_options_of_other_formats(tmp_path: Path, write: object, given: dict[str, object], message: str) -> None:
@@ -57,5 +56,5 @@ def test_an_imdf_folder_becomes_a_floor(tmp_path: Path) -> None:
 
 
 def test_other_folders_are_no_plan(tmp_path: Path) -> None:
-    with pytest.raises(SurveyError, match="is a folder, but not of an IMDF archive"):
+    with pytest.raises(SurveyError, match="is a folder, but not an IMDF archive"):
         settled_source(tmp_path, PlanSource(file="venue"))

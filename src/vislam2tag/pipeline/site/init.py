@@ -187,7 +187,7 @@ def settled_source(
 
 
 _OPTIONS = {"layers": "--walls"} | {
-    name: f"--{name}" for name in ("page", "level", "doors", "ignore", "others", "epsg", "area", "scale")
+    name: f"--{name}" for name in ("page", "level", "doors", "ignore", "others", "epsg", "area")
 }
 """Entries of a plan's source that not every format uses, as options."""
 

@@ -72,4 +72,4 @@ def _opened(data: bytes) -> pypdfium2.PdfDocument:
         raise OSError("cannot be read as PDF (damaged, or locked by a password)") from error
 
 
-register(PlanFormat("pdf", (".pdf",), read_pdf, options=("page", "area", "scale")))
+register(PlanFormat("pdf", (".pdf",), read_pdf, options=("page", "area")))

@@ -93,7 +93,7 @@ def _length(text: str) -> tuple[float, str]:
         return 0.0, ""
 
 
-register(PlanFormat("svg", (".svg",), read_svg, options=("area", "scale")))
+register(PlanFormat("svg", (".svg",), read_svg, options=("area",)))
 
 
 _TRANSFORM = re.compile(r"(matrix|translate|scale|rotate)\s*\(([^)]*)\)")

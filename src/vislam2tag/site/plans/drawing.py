@@ -280,7 +280,7 @@ def format_of(path: Path) -> PlanFormat:
     if suffix == ".dwg":
         raise OSError("is a DWG file, which cannot be read; save it as DXF")
     if path.is_dir():
-        raise OSError("is a folder, but not of an IMDF archive, which contains level.geojson: name the plan's file")
+        raise OSError("is a folder, but not an IMDF archive, because it has no level.geojson; pass the plan's file")
     raise OSError(f"has an unknown format; plans end with {', '.join(plan_suffixes())}")
 
 
