@@ -9,7 +9,16 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.door_swings import without_swings
-from vislam2tag.site.walkable.ink import Bytes, ink_on_paper, lettering, only_walls, reduced, usual_thickness, walls_in
+from vislam2tag.site.walkable.ink import (
+    Bytes,
+    ink_on_paper,
+    lettering,
+    only_walls,
+    reduced,
+    usual_thickness,
+    walls_in,
+    without_areas,
+)
 
 
 def image_of(lightness: Bytes) -> Bytes:
@@ -34,6 +43,17 @@ def test_fills_are_floor_and_dark_lines_walls() -> None:
     walls = walls_in(ink_on_paper(image_of(light)), None, 8)
     assert walls[40:44].all()
     assert not walls[:40].any()
+
+
+def test_vivid_areas_are_floor_however_dark_and_vivid_lines_are_not() -> None:
+    image = np.full((100, 120, 3), 255, dtype=np.uint8)
+    image[30:70, 10:60] = (60, 20, 140)
+    image[30:70, 60:110] = (20, 20, 20)
+    image[:, 118:] = (200, 30, 30)
+    ink = ink_on_paper(image)
+    left = without_areas(image, ink, 20)
+    assert not left[5:95, 5:60].any()
+    assert (left[:, 60:] == ink[:, 60:]).all()
 
 
 def test_faint_lines_beside_strong_ones_are_walls_as_well() -> None:

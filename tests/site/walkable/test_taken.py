@@ -50,7 +50,7 @@ def test_fewer_rooms_than_labels_are_a_sign_of_missing_walls() -> None:
     texts = tuple(PlanText(f"1.{number:02d}", (2.0 + 2 * number, 5.0)) for number in range(9))
     found = checks(drawn(walls()[:4], texts))
     assert found.sentences == (
-        "9 room labels, but 1 rooms were found: walls may be missing; check layers with --walls",
+        "the plan has 9 room labels, but only 1 room: walls may be missing; check layers with --walls",
     )
 
 

@@ -7,7 +7,6 @@ from typing import Self
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -65,7 +64,7 @@ def _directions(ink: BoolArray) -> list[float]:
     edge = across**2 + down**2 > _STEEP * float((across**2 + down**2).max())
     angle = (np.degrees(np.arctan2(product[edge], difference[edge])) / 2 + 90) % 180
     share = np.bincount(np.round(angle).astype(int) % 180, minlength=180) / max(len(angle), 1)
-    smooth = sum(np.roll(share, shift) for shift in range(-2, 3))
+    smooth = np.sum([np.roll(share, shift) for shift in range(-2, 3)], axis=0)
     peaks = [
         bin_ for bin_ in np.argsort(-smooth, kind="stable").tolist()
         if smooth[bin_] >= _LEAST_SHARE and smooth[bin_] == max(np.roll(smooth, 4 - bin_)[:9])
@@ -74,10 +73,10 @@ def _directions(ink: BoolArray) -> list[float]:
     return [float(peak + np.average(around, weights=share[(peak + around) % 180])) for peak in peaks[:_MOST_DIRECTIONS]]
 
 
-def _turn(shape: tuple[int, ...], angle_deg: float) -> tuple[npt.NDArray[np.float64], tuple[int, int]]:
+def _turn(shape: tuple[int, ...], angle_deg: float) -> tuple[FloatArray, tuple[int, int]]:
     """The map (2, 3) that turns a picture so that a direction follows the rows, and the size that it then has."""
     rows, columns = shape
-    turn = np.asarray(cv2.getRotationMatrix2D((columns / 2, rows / 2), angle_deg, 1.0))
+    turn: FloatArray = np.array(cv2.getRotationMatrix2D((columns / 2, rows / 2), angle_deg, 1.0), dtype=np.float64)
     width, height = (np.abs(turn[:, :2]) @ (columns, rows)).tolist()
     turn[:, 2] += (width - columns) / 2, (height - rows) / 2
     return turn, (int(np.ceil(width)), int(np.ceil(height)))
@@ -148,13 +147,13 @@ def _hatched(stroke: IntArray, middle: IntArray, steps: _Steps, longest_px: floa
     count = len(length)
     mostly = _mostly(stroke, steps.even, steps.even, length)
     joined = steps.even & mostly[one] & mostly[next_one]
-    links = coo_array((joined[joined], (one[joined], next_one[joined])), shape=(count, count))
+    links = coo_array((joined[joined].astype(np.int64), (one[joined], next_one[joined])), shape=(count, count))
     areas, area = connected_components(links, directed=False)
     longest, high, low = np.zeros(areas), np.zeros(areas), np.full(areas, np.inf)
     np.maximum.at(longest, area[mostly], length[mostly])
     np.maximum.at(high, area[stroke], middle)
     np.minimum.at(low, area[stroke], middle)
-    hatched = mostly & ((longest >= longest_px) & (high - low >= longest_px / 2))[area]
+    hatched: BoolArray = mostly & ((longest >= longest_px) & (high - low >= longest_px / 2))[area]
     usual = np.bincount(area[one[joined]], steps.gap[joined], areas) / np.bincount(
         area[one[joined]], minlength=areas
     ).clip(1)

@@ -35,6 +35,10 @@ _FILL_SHARE = 0.02
 """Of lines less than this share is further off an edge than a line's half width."""
 _LINE_PX = 4.0
 """Lines may be so wide at least, pixels."""
+_LOOKED_AT = 500_000
+"""Colours of areas are looked for among about so many pixels."""
+_FREQUENT, _IN_AREAS, _AREA_M = 0.005, 0.6, 1.0
+"""Share of the pixels with the colour of an area, share of them in wide areas, and their width, metres."""
 _WEIGHTS = np.array([0.299, 0.587, 0.114])
 
 
@@ -45,6 +49,39 @@ def ink_on_paper(image: Bytes) -> Bytes:
     """
     light = (image @ _WEIGHTS.astype(np.float32)).astype(np.int16)
     return np.abs(light - round(float(_paper_colour(image) @ _WEIGHTS))).clip(0, 255).astype(np.uint8)
+
+
+def without_areas(image: Bytes, ink: Bytes, area_px: float) -> Bytes:
+    """Leave out of an image's ink (rows, columns) the vivid colours of wide areas: departments, not walls.
+
+    Areas are at least ``area_px`` wide; a colour counts if most of it is in such areas.
+    """
+    step = max(1, round((ink.size / _LOOKED_AT) ** 0.5))
+    some = image[::step, ::step]
+    wide = np.ones((max(1, round(area_px / step)),) * 2, dtype=np.uint8)
+    left = ink.copy()
+    for colour in _vivid_colours(some):
+        alike = _alike(some, colour).astype(np.uint8)
+        if cv2.morphologyEx(alike, cv2.MORPH_OPEN, wide).sum() >= _IN_AREAS * max(int(alike.sum()), 1):
+            own = _alike(image, colour)
+            # Seams are between the colour and the paper; walls are darker.
+            left[_widened(own) & (ink <= ink[own].max(initial=0))] = 0
+    return left
+
+
+def _vivid_colours(image: Bytes) -> list[IntArray]:
+    """The vivid ones (3,) of an image's frequent colours."""
+    red, green, blue = np.moveaxis(image >> 4, 2, 0).astype(np.int32)
+    count = np.bincount(((red << 8) + (green << 4) + blue).ravel(), minlength=4096)
+    colours = [np.array((bin_ >> 8, bin_ >> 4 & 15, bin_ & 15)) * 16 + 8 for bin_ in np.flatnonzero(count).tolist()]
+    often = (count[count > 0] >= _FREQUENT * count.sum()).tolist()
+    return [colour for colour, each in zip(colours, often, strict=True) if each and np.ptp(colour) >= _UNLIKE]
+
+
+def _alike(image: Bytes, colour: IntArray) -> BoolArray:
+    """Which pixels (rows, columns) of an image have about a colour (3,)."""
+    low, high = np.clip(colour - _ALIKE, 0, 255), np.clip(colour + _ALIKE, 0, 255)
+    return np.asarray(cv2.inRange(np.ascontiguousarray(image), low, high)) > 0
 
 
 def reduced(ink: Bytes, shape: tuple[int, int]) -> Bytes:
@@ -312,6 +349,8 @@ def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) 
     """What stands out on the plan's image, without text of its own colour, as ``shape`` (rows, columns) pixels."""
     image: Bytes = plan.image[::-1]
     ink, pixels = ink_on_paper(image), shape[0] * shape[1]
+    if settings.wall_contrast is None:
+        ink = without_areas(image, ink, _AREA_M / max(plan.pixel_m))
     large = ink.size > pixels
     if ink.size > _MORE * pixels:
         ink = reduced(ink, shape)

@@ -168,7 +168,7 @@ def _closed_off(
 def _rooms_in(region: BoolArray, grid: CellGrid, labels: Sequence[PlanText]) -> str:
     """The room labels in a region (rows, columns), as the start of a part; empty if there are none."""
     cells = grid.cells_of(np.array([one.place_m for one in labels]).reshape(-1, 2))
-    within = ((cells >= 0) & (cells < grid.shape)).all(axis=1)
+    within = np.asarray(((cells >= 0) & (cells < grid.shape)).all(axis=1)).tolist()
     rooms = [
         one.text for one, (row, column), on in zip(labels, cells, within, strict=True) if on and region[row, column]
     ]

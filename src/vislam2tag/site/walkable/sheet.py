@@ -51,7 +51,8 @@ def _without_legends(walls: BoolArray, cell_m: float) -> BoolArray:
     main = int(area.argmax())
     beside = np.array([not _overlap(box, boxes[main]) for box in boxes]) & (area < _WING * area[main])
     beside[0] = False
-    return walls & ~beside[labels]
+    kept: BoolArray = walls & ~beside[labels]
+    return kept
 
 
 def _overlap(box: IntArray, other: IntArray) -> bool:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw
 
-from vislam2tag.common.findings import ROWS_NAMED
+from vislam2tag.common.findings import ROWS_NAMED, counted
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.site.plans.room_labels import room_labels
 from vislam2tag.site.plans.source import FloorPlan, Use
@@ -67,7 +67,9 @@ def plan_checks(plan: FloorPlan, space: WalkableSpace) -> PlanChecks:
         )
     if rooms < len(labels):
         cure = "check layers with --walls" if drawn else "use a plan with darker walls"
-        sentences.append(f"{len(labels)} room labels, but {rooms} rooms were found: walls may be missing; {cure}")
+        sentences.append(
+            f"the plan has {len(labels)} room labels, but only {counted(rooms, 'room')}: walls may be missing; {cure}"
+        )
     return PlanChecks(share, rooms, len(labels), tuple(sentences))
 
 
