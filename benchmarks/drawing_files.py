@@ -10,9 +10,9 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import ezdxf
 import numpy as np
 import shapely
+from ezdxf.filemanagement import new as new_dxf
 from ezdxf.xclip import XClip
 from PIL import Image, ImageDraw
 from shapely.geometry import LineString, Polygon, box
@@ -138,7 +138,7 @@ class DxfStyle:
 def write_dxf(floor: DrawnFloor, style: DxfStyle, path: Path) -> None:
     """Write a floor as DXF with doors, texts, dimensions and furniture."""
     words = LANGUAGES[style.language][style.form]
-    document = ezdxf.new("R2010")
+    document = new_dxf("R2010")
     said = style.unit if style.said_unit is None else style.said_unit
     document.header["$INSUNITS"] = UNITS[said][0] if said else 0
     document.header["$MEASUREMENT"] = 0 if style.unit == "in" else 1

@@ -84,7 +84,7 @@ DRAWINGS: tuple[Drawing, ...] = (
     *(dxf(f"{lang}-block", language=lang, form=1, walls="block", extras=("frame",)) for lang in LANGUAGES),
     dxf("inches", unit="in"),
     dxf("wrong-unit", unit="m", said_unit="in"),
-    dxf("no-unit", "--unit-m 0.001", said_prefix=""),
+    dxf("no-unit", "--unit-m 0.001", said_unit=""),
     dxf("stray", extras=("stray",)),
     dxf("frozen", language="de", extras=("frozen",)),
     dxf("clipped", extras=("clipped",)),
