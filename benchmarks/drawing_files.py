@@ -138,7 +138,7 @@ class DxfStyle:
 def write_dxf(floor: DrawnFloor, style: DxfStyle, path: Path) -> None:
     """Write a floor as DXF with doors, texts, dimensions and furniture."""
     words = LANGUAGES[style.language][style.form]
-    document = new_dxf("R2010")
+    document: Any = new_dxf("R2010")
     said = style.unit if style.said_unit is None else style.said_unit
     document.header["$INSUNITS"] = UNITS[said][0] if said else 0
     document.header["$MEASUREMENT"] = 0 if style.unit == "in" else 1

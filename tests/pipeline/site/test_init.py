@@ -20,7 +20,7 @@ from vislam2tag.site.site_file import FloorPart, GeoreferencePart
         (
             drawn_floor.geojson,
             {"layers": ["W"]},
-            "--layer: does not apply to .* of the format geojson, but to dxf",
+            "--walls: does not apply to .* of the format geojson, but to dxf",
         ),
         (drawn_floor.dxf, {"page": 2}, "--page: does not apply to .* but to pdf"),
         (drawn_floor.imdf, {"level": "0", "others": "walkable"}, "--others: does not apply to .* but to geojson"),

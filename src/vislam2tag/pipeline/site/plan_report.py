@@ -11,8 +11,8 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import write_in_survey
-from vislam2tag.site.plans.drawing import TakenPart, read_drawing
-from vislam2tag.site.plans.load import floor_plan
+from vislam2tag.site.plans.drawing import TakenPart
+from vislam2tag.site.plans.load import floor_plan, look_at_plan, plan_called
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.taken import plan_checks, taken_picture
 
@@ -46,17 +46,19 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     floor = site.floors[0] if number is None else site.floor(number)
     if floor.plan is None or floor.source is None:
         raise SurveyError(f"{root}: floor {floor.number} has no plan; add one with vislam2tag site init --plan")
-    drawing, plan = read_drawing(floor.plan, floor.source), floor_plan(floor)
-    warnings = [*drawing.notes, *floor_fit_notes(root, floor.number)]
+    with plan_called(floor.plan):
+        look = look_at_plan(floor.plan, floor.source)
+    plan = floor_plan(floor)
+    warnings = [*look.notes, *floor_fit_notes(root, floor.number)]
     left, right, low, high = plan.extent_m
     if max(right - left, high - low) > _LARGEST_M:
         warnings.append(f"the plan is {right - left:,.0f} m wide and {high - low:,.0f} m high: check its unit")
     try:
         space = walkable_space(plan)
     except SurveyError as error:
-        return PlanReport(floor.number, drawing.taken, (*warnings, str(error)), None)
+        return PlanReport(floor.number, look.taken, (*warnings, str(error)), None)
     picture = root / f"floor_{floor.number}" / PICTURE
     image = io.BytesIO()
     taken_picture(plan, space).save(image, "PNG")
     write_in_survey(root, picture, image.getvalue())
-    return PlanReport(floor.number, drawing.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
+    return PlanReport(floor.number, look.taken, (*warnings, *plan_checks(plan, space).sentences), picture)

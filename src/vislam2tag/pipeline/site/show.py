@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -23,12 +24,12 @@ from vislam2tag.site.links import left_out_of, site_name
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.settings import WalkableSettings
-from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
-from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
-from vislam2tag.views.page import data_uri, write_page
-from vislam2tag.views.panels import rendered
-from vislam2tag.views.site_figures import site_plan, walkable_figure
+
+if TYPE_CHECKING:
+    from vislam2tag.site.walkable.graph import CorridorGraph
+
+# What draws and finds ways takes seconds to load, and summaries do without.
 
 KINDS = ("png", "pdf", "svg", "html")
 
@@ -103,6 +104,10 @@ def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
 
     Raises UsageError for any other suffix, OutputError if the file cannot be written.
     """
+    from vislam2tag.views.page import data_uri, write_page
+    from vislam2tag.views.panels import rendered
+    from vislam2tag.views.site_figures import site_plan
+
     kind = out.suffix.lower().removeprefix(".")
     if kind not in KINDS:
         raise UsageError(f"--out {out}: the name must end with one of {', '.join(f'.{each}' for each in KINDS)}")
@@ -153,6 +158,9 @@ def write_walkable(
     ``follow_links`` is given. Raises SurveyError if a floor has no usable plan or walkable space, UsageError for an
     unknown floor or a ``mask`` for several, OutputError if nothing can be written.
     """
+    from vislam2tag.site.walkable.graph import corridor_graph
+    from vislam2tag.site.walkable.painted_cells import floor_mask
+
     root, out, mask = Path(root), Path(out), path_or_none(mask)
     site, findings = read_site(root, follow_links=follow_links)
     tell(left_out_of(findings))
@@ -185,6 +193,10 @@ def _chosen(site: Site, numbers: Sequence[int]) -> list[Floor]:
 
 
 def _write_floor(found: WalkableFloor, folder: Folder, stem: str) -> None:
+    from vislam2tag.site.walkable.painted_cells import GREEN, RED
+    from vislam2tag.views.panels import rendered
+    from vislam2tag.views.site_figures import walkable_figure
+
     folder.write(f"{stem}.png", rendered(walkable_figure(found.floor, found.space, found.graph), "png"))
     colours = np.where(found.space.area.mask[::-1, :, None], GREEN, RED).astype(np.uint8)
     with folder.writing(f"{stem}.mask.png") as file:

@@ -143,6 +143,10 @@ _FRAME_MARGIN = 0.12
 """Greatest margin around a frame, as a share of the sheet's side: 20 mm where an A4 is bound."""
 _FRAME_DRAWN = 0.9
 """Share of each side of a frame that is drawn."""
+_LINE = 0.006
+"""Widest line of a frame, as a share of the sheet's longer side."""
+_CLEAR_SIDES = 2
+"""A title block hangs on at most two sides of a frame."""
 _GAP = 0.012
 """Widest gap within a building, as a share of the sheet's longer side: a door, or a line that stops short."""
 _LEAST = 0.03
@@ -163,13 +167,14 @@ def is_sheet(drawing: PlanDrawing) -> bool:
 def building_on_sheet(drawing: PlanDrawing) -> tuple[Bounds | None, bool]:
     """The box around the largest drawing within a sheet's frame, in its coordinates, and whether there is a frame.
 
-    None: the drawing fills the sheet, or there is none. Raises OSError where it cannot be drawn.
+    None: the drawing fills the sheet, or there is none, or no frame shows that a picture without a size on paper is a
+    sheet. Raises OSError where it cannot be drawn.
     """
     assert drawing.picture is not None
     ink = np.asarray(drawing.picture(_SIDE_PX).convert("L")) < _SHEET_INK
-    ink, framed = _without_frames(ink)
+    ink, framed = _without_frames(ink, sure=is_sheet(drawing))
     box = _largest(ink)
-    if box is None:
+    if box is None or not (framed or is_sheet(drawing)):
         return None, framed
     rows, columns = ink.shape
     left, right, low, high = drawing.bounds
@@ -180,8 +185,11 @@ def building_on_sheet(drawing: PlanDrawing) -> tuple[Bounds | None, bool]:
     return (left + x0 * across, left + x1 * across, high - bottom * up, high - top * up), framed
 
 
-def _without_frames(ink: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], bool]:
-    """Remove frames, with the title blocks that hang on them, as long as a drawing remains."""
+def _without_frames(ink: npt.NDArray[np.bool_], *, sure: bool) -> tuple[npt.NDArray[np.bool_], bool]:
+    """Remove frames, with the title blocks that hang on them, as long as a drawing remains.
+
+    ``sure``: it is a sheet of paper; otherwise the outer wall of a building must not look like a frame.
+    """
     from scipy import ndimage  # a fifth of a second, which plans without a frame do without
 
     kept, framed = ink, False
@@ -190,9 +198,24 @@ def _without_frames(ink: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], 
         if not is_frame(labels[box] == index, box, ink.shape):
             continue
         without = kept & (labels != index)
-        if _largest(without) is not None:
+        within = _largest(without)
+        if within is not None and (sure or _is_apart(labels == index, box, within)):
             kept, framed = without, True
     return kept, framed
+
+
+def _is_apart(frame: npt.NDArray[np.bool_], box: tuple[slice, ...], within: tuple[int, int, int, int]) -> bool:
+    """Whether nothing hangs on most sides of a frame around what is ``within``; rooms hang on all outer walls."""
+    x0, x1, top, bottom = within
+    rows, columns = box
+    near = round(_LINE * max(frame.shape))
+    strips = (
+        frame[rows.start + near : top, columns.start + near : columns.stop - near],
+        frame[bottom : rows.stop - near, columns.start + near : columns.stop - near],
+        frame[rows.start + near : rows.stop - near, columns.start + near : x0],
+        frame[rows.start + near : rows.stop - near, x1 : columns.stop - near],
+    )
+    return sum(strip.size > 0 and not strip.any() for strip in strips) >= _CLEAR_SIDES
 
 
 def is_frame(part: npt.NDArray[np.bool_], box: tuple[slice, ...], shape: tuple[int, ...]) -> bool:

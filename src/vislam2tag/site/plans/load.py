@@ -21,13 +21,12 @@ from vislam2tag.intake.extents import FLOOR, too_far
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.raster import IMAGES
-from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, mapped, mapped_texts, placed, read_drawing
+from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, TakenPart, mapped, mapped_texts, placed, read_drawing
 from vislam2tag.site.plans.images import (
     GREATEST_PX,
     PIXEL_M,
     building_on_sheet,
     drawn_plan,
-    is_sheet,
     load_plan,
     turned_bounds,
     upright,
@@ -127,6 +126,10 @@ class PlanLook:
     """Metres on paper a unit, if the file says so."""
     levels: tuple[str, ...] = ()
     """Names of the file's levels, where it has levels."""
+    taken: tuple[TakenPart, ...] = ()
+    """What each part of the file became; empty for pictures."""
+    notes: tuple[str, ...] = ()
+    """What to check about how the file was read, sentences."""
 
     def box_of(self, area: Sequence[float] | None) -> Bounds:
         """The box of an ``area`` of the plan, else of all of it."""
@@ -168,12 +171,21 @@ def _decode(path: Path) -> None:
 
 def _look(path: Path, source: PlanSource) -> PlanLook:
     drawing = read_drawing(path, source)
-    building, framed = building_on_sheet(drawing) if is_sheet(drawing) else (None, False)
+    building, framed = (None, False) if drawing.picture is None else building_on_sheet(drawing)
     if building is not None and drawing.downwards:
         top, bottom = drawing.bounds[3], drawing.bounds[2]
         building = (*building[:2], top + bottom - building[3], top + bottom - building[2])
-    picture, levels = drawing.picture is not None, drawing.levels
-    return PlanLook(drawing.bounds, building, framed, picture, drawing.downwards, drawing.paper_m, levels)
+    return PlanLook(
+        drawing.bounds,
+        building,
+        framed,
+        drawing.picture is not None,
+        drawing.downwards,
+        drawing.paper_m,
+        drawing.levels,
+        drawing.taken,
+        drawing.notes,
+    )
 
 
 def _unplaced(path: Path, source: PlanSource, side_px: int) -> npt.NDArray[np.uint8]:
