@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -154,7 +154,8 @@ def write_dxf(floor: DrawnFloor, style: DxfStyle, path: Path) -> None:
             _insert_door(space, room, ends + shift, words, scale)
         _draw_beside(space, floor, words, scale, shift)
     for extra in style.extras:
-        _EXTRAS.get(extra, lambda *_: None)(document, floor, words, scale)
+        if extra in _EXTRAS:
+            _EXTRAS[extra](document, floor, words, scale)
     document.saveas(path, fmt="bin" if style.binary else "asc")
 
 
@@ -267,7 +268,12 @@ def _frame(document: Any, floor: DrawnFloor, _: Words, scale: float) -> None:
         document.modelspace().add_lwpolyline(ring.tolist(), close=True, dxfattribs={"layer": "TITLE-BLOCK"})
 
 
-_EXTRAS = {"stray": _stray, "frozen": _frozen, "clipped": _clipped, "frame": _frame}
+_EXTRAS: dict[str, Callable[[Any, DrawnFloor, Words, float], None]] = {
+    "stray": _stray,
+    "frozen": _frozen,
+    "clipped": _clipped,
+    "frame": _frame,
+}
 
 
 # --- GeoJSON, OpenStreetMap, IMDF --------------------------------------------------------------------------------

@@ -229,7 +229,7 @@ _NAMED = 8
 
 def print_report(report: PlanReport) -> None:
     """Print what each layer or class of a plan became, and what looks wrong."""
-    from vislam2tag.site.plans.drawing import Became
+    from vislam2tag.site.plans.taken_parts import Became
 
     for became in sorted({part.became for part in report.taken}, key=list(Became).index):
         parts = sorted((part for part in report.taken if part.became is became), key=lambda part: -part.count)

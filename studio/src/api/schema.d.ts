@@ -1685,7 +1685,7 @@ export interface components {
          * @description A plan file and its scale; at most one of :data:`SCALES`, none if the file itself contains its scale.
          *
          *     The plan's own coordinates are pixels (PNG, JPG) or units of the drawing (SVG), both from the upper left corner
-         *     downwards. Those of a PDF are points of 1/72 inch from the lower left corner upwards. DXF, GeoJSON and IMDF have
+         *     downwards. Those of a PDF are points of 1/72 inch from the lower left corner upwards. Other formats have
          *     coordinates of their own.
          */
         PlanSource: {

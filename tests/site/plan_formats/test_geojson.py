@@ -11,9 +11,10 @@ import pytest
 from tests.site.plans.drawn_floor import collection, feature, floor_with
 from vislam2tag.core.cell_grid import WalkableArea
 from vislam2tag.site.plan_formats.geojson import read_geojson
-from vislam2tag.site.plans.drawing import Became, PlanDrawing, TakenPart
+from vislam2tag.site.plans.drawing import PlanDrawing
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import PlanSource, Use
+from vislam2tag.site.plans.taken_parts import Became, TakenPart
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import polygon_area
 

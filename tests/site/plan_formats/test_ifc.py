@@ -10,9 +10,10 @@ import pytest
 
 from tests.site.plans.drawn_floor import floor_with
 from vislam2tag.core.cell_grid import WalkableArea
-from vislam2tag.site.plans.drawing import Became, PlanDrawing, TakenPart, read_drawing
+from vislam2tag.site.plans.drawing import PlanDrawing, read_drawing
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import PlanSource, Use
+from vislam2tag.site.plans.taken_parts import Became, TakenPart
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.drawn_cells import polygon_area
 

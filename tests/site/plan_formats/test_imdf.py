@@ -8,8 +8,8 @@ import pytest
 
 from tests.site.plans.drawn_floor import LINES, collection, feature, imdf, lonlat
 from vislam2tag.site.plan_formats.imdf import read_imdf
-from vislam2tag.site.plans.drawing import Became, TakenPart
 from vislam2tag.site.plans.source import PlanSource, Use
+from vislam2tag.site.plans.taken_parts import Became, TakenPart
 
 
 def test_parts_that_were_taken(tmp_path: Path) -> None:

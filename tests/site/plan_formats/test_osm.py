@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from tests.site.plans.drawn_floor import HERE, floor_with, lonlat
-from vislam2tag.site.plans.drawing import Became, PlanDrawing, TakenPart, format_of, read_drawing
+from vislam2tag.site.plans.drawing import PlanDrawing, format_of, read_drawing
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.plans.source import PlanSource, Use
+from vislam2tag.site.plans.taken_parts import Became, TakenPart
 
 POINTS = {
     1: (0, 0), 2: (4, 0), 3: (8, 0), 4: (8, 4), 5: (4, 4), 6: (0, 4), 7: (0, 9), 8: (8, 9), 9: (2, 4),

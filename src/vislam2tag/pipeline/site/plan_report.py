@@ -11,8 +11,8 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import write_in_survey
-from vislam2tag.site.plans.drawing import TakenPart
 from vislam2tag.site.plans.load import floor_plan, look_at_plan, plan_called
+from vislam2tag.site.plans.taken_parts import TakenPart
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.taken import plan_checks, taken_picture
 

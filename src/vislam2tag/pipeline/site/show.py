@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -24,12 +23,8 @@ from vislam2tag.site.links import left_out_of, site_name
 from vislam2tag.site.model import Floor, Site
 from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.settings import WalkableSettings
+from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
-
-if TYPE_CHECKING:
-    from vislam2tag.site.walkable.graph import CorridorGraph
-
-# What draws and finds ways takes seconds to load, and summaries do without.
 
 KINDS = ("png", "pdf", "svg", "html")
 
@@ -158,7 +153,6 @@ def write_walkable(
     ``follow_links`` is given. Raises SurveyError if a floor has no usable plan or walkable space, UsageError for an
     unknown floor or a ``mask`` for several, OutputError if nothing can be written.
     """
-    from vislam2tag.site.walkable.graph import corridor_graph
     from vislam2tag.site.walkable.painted_cells import floor_mask
 
     root, out, mask = Path(root), Path(out), path_or_none(mask)

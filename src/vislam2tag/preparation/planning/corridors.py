@@ -21,7 +21,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.path_length import arc_lengths, points_along
-from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind
+from vislam2tag.site.walkable.graph import CorridorGraph, NodeKind, connected_edges
 
 LOOK_AHEAD_M = 1.5
 """The direction of a corridor at its end is that to the place so far along it."""
@@ -84,11 +84,10 @@ Chain = tuple[int, FloatArray, int, tuple[int, ...]]
 def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0, rooms: bool = False) -> Corridors:
     """Take the corridors out of a corridor graph; straight joints are joined.
 
-    Shortcuts over open areas are left out, and rooms unless ``rooms``, and dead ends shorter than ``niche_m``; those
-    that alone connect the rest stay.
+    Shortcuts, rooms (unless ``rooms``) and dead ends shorter than ``niche_m`` only stay if they connect the rest.
     """
     opened = np.array([kind is NodeKind.OPEN for kind in graph.kinds], dtype=np.bool_)
-    kept = _connected(graph, ~graph.shortcut & (rooms | ~graph.in_room))
+    kept = connected_edges(graph, ~graph.shortcut & (rooms | ~graph.in_room))
     chains = _chains_of(graph, kept, opened, turn_rad)
     count = np.bincount([node for chain in chains for node in (chain[0], chain[2])], minlength=len(graph.nodes))
     dead = (count == 1) & ~opened
@@ -110,18 +109,6 @@ def corridors_of(graph: CorridorGraph, turn_rad: float, *, niche_m: float = 0.0,
         lines=tuple(line for _, line, _, _ in chains),
         doors=graph.nodes[doors].reshape(-1, 2),
     )
-
-
-def _connected(graph: CorridorGraph, kept: BoolArray) -> list[int]:
-    """The edges that ``kept`` (e,) marks, and the shortest others without which no walk could get to all of them."""
-    joined = nx.MultiGraph()
-    for edge, (first, second) in enumerate(graph.edges.tolist()):
-        joined.add_edge(first, second, key=edge, length_m=0.0 if kept[edge] else float(graph.length_m[edge]))
-    tree = nx.minimum_spanning_tree(joined, weight="length_m")
-    needed = set(graph.edges[kept].ravel().tolist())
-    while leaves := [node for node, degree in tree.degree if degree == 1 and node not in needed]:
-        tree.remove_nodes_from(leaves)
-    return sorted({*np.flatnonzero(kept).tolist(), *(edge for _, _, edge in tree.edges(keys=True))})
 
 
 def line_of(lines: Sequence[FloatArray], half: int) -> FloatArray:

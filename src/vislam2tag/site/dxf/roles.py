@@ -11,8 +11,8 @@ import numpy as np
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.dxf.entities import Drawn, DrawnLine
 from vislam2tag.site.dxf.layers import BUILT, Kind, kind_of
-from vislam2tag.site.plans.drawing import Became
 from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.taken_parts import Became
 
 _THICKEST_M = 1.5
 """A filled shape that is thicker is no wall."""

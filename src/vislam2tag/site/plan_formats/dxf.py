@@ -14,19 +14,11 @@ from vislam2tag.intake.extents import unit_doubt, unit_fits
 from vislam2tag.site.dxf.entities import Drawn, drawn_entities, open_dxf
 from vislam2tag.site.dxf.layers import Kind, kind_of
 from vislam2tag.site.dxf.roles import Role, guesses_walls, roles_of, widest_swing
-from vislam2tag.site.plans.drawing import (
-    Became,
-    PlanDrawing,
-    PlanFormat,
-    TakenPart,
-    bounds_of,
-    cropped,
-    file_bytes,
-    register,
-)
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, cropped, file_bytes, register
 from vislam2tag.site.plans.features import segments
 from vislam2tag.site.plans.parts import building_and_strays
 from vislam2tag.site.plans.source import SCALES, PlanSource
+from vislam2tag.site.plans.taken_parts import Became, TakenPart
 
 _SAG_M = 0.01
 """How far a curve's pieces may be from it."""

@@ -12,18 +12,7 @@ import numpy as np
 from shapely.geometry import MultiPolygon, Polygon
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.site.plans.drawing import (
-    IGNORED,
-    Became,
-    Bounds,
-    PlanDrawing,
-    PlanFormat,
-    bounds_of,
-    file_bytes,
-    matching,
-    register,
-    taken_parts,
-)
+from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, PlanFormat, bounds_of, file_bytes, register
 from vislam2tag.site.plans.features import (
     Feature,
     Rings,
@@ -38,6 +27,7 @@ from vislam2tag.site.plans.features import (
 from vislam2tag.site.plans.indoor import closed_off, door_lines, door_width_m, joined, metres_per_unit, ring_segments
 from vislam2tag.site.plans.levels import chosen_level, in_order, levels_of
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, PlanText, Use
+from vislam2tag.site.plans.taken_parts import IGNORED, Became, matching, taken_parts
 
 WGS84 = 4326
 WALL, ROOM, AREA, DOOR = "wall", "room", "area", "door"

@@ -13,19 +13,11 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.site.plans.drawing import (
-    IGNORED,
-    Became,
-    PlanDrawing,
-    PlanFormat,
-    bounds_of,
-    matching,
-    register,
-    taken_parts,
-)
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, register
 from vislam2tag.site.plans.indoor import REACH_M, rings_of, without_gaps
 from vislam2tag.site.plans.levels import chosen_level
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, PlanText, Use
+from vislam2tag.site.plans.taken_parts import IGNORED, Became, matching, taken_parts
 
 _CLASSES = {
     "IfcWall": Became.WALLS,

@@ -11,20 +11,11 @@ from typing import Any
 import numpy as np
 
 from vislam2tag.site.plan_formats.geojson import WGS84
-from vislam2tag.site.plans.drawing import (
-    IGNORED,
-    Became,
-    PlanDrawing,
-    PlanFormat,
-    bounds_of,
-    file_bytes,
-    matching,
-    register,
-    taken_parts,
-)
+from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, file_bytes, register
 from vislam2tag.site.plans.features import Feature, features_of, geometries_of, polyline, properties_of, rings
 from vislam2tag.site.plans.levels import chosen_level
 from vislam2tag.site.plans.source import PlanPolygon, PlanSource, Use
+from vislam2tag.site.plans.taken_parts import IGNORED, Became, matching, taken_parts
 
 _LEVELS = "level.geojson"
 _KINDS = ("unit", "fixture", "kiosk", "opening")

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
-from fnmatch import fnmatch
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +20,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Affine2, Similarity2
 from vislam2tag.site.georeference import Georeference, from_wgs84
 from vislam2tag.site.plans.source import Extent, PlanPolygon, PlanSource, PlanText, Point
+from vislam2tag.site.plans.taken_parts import TakenPart
 
 if TYPE_CHECKING:
     from pyproj import Transformer
@@ -34,52 +32,6 @@ MOST_SIDE_PX = 12_000
 """Longer side of a picture of which a part is taken."""
 MOST_POINTS = 1_000_000
 """Of a plan's geometry: a floor of a hundred rooms has some ten thousand."""
-
-
-class Became(StrEnum):
-    """What a part of a plan's file stands for."""
-
-    WALLS = "walls"
-    DOORS = "doors"
-    OPENINGS = "openings"
-    WALKABLE = "walkable"
-    OBSTACLES = "obstacles"
-    OUTLINE = "outline"
-    TEXT = "text"
-    LEFT_OUT = "left out"
-
-
-@dataclass(frozen=True)
-class TakenPart:
-    """A layer, class or category of a plan's file, and what it became."""
-
-    name: str
-    became: Became
-    count: int
-    """Lines, polygons or texts in it."""
-    why: str = ""
-    """Why it was left out, a clause such as "furniture" or "frozen layer"."""
-
-
-IGNORED = "ignored as asked"
-"""Why a part was left out that the user names."""
-
-
-def taken_parts(found: Iterable[tuple[str, Became, str]]) -> tuple[TakenPart, ...]:
-    """Count the parts of a file by name, what they became and why."""
-    return tuple(TakenPart(name, became, count, why) for (name, became, why), count in Counter(found).items())
-
-
-def matching(names: Collection[str], patterns: Sequence[str], what: str = "class") -> set[str]:
-    """Names that one of the patterns matches (``*`` and ``?``, in any case).
-
-    Raises OSError, whose text completes a sentence about the file, for a pattern that matches none.
-    """
-    found = {each: {name for name in names if fnmatch(name.lower(), each.lower())} for each in patterns}
-    for pattern, matched in found.items():
-        if not matched:
-            raise OSError(f"has no {what} {pattern}; there are: {', '.join(sorted(names))}")
-    return set().union(*found.values())
 
 
 @dataclass(frozen=True)

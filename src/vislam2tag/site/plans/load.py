@@ -21,7 +21,7 @@ from vislam2tag.intake.extents import FLOOR, too_far
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.raster import IMAGES
-from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, TakenPart, mapped, mapped_texts, placed, read_drawing
+from vislam2tag.site.plans.drawing import Bounds, PlanDrawing, mapped, mapped_texts, placed, read_drawing
 from vislam2tag.site.plans.images import (
     GREATEST_PX,
     PIXEL_M,
@@ -33,6 +33,7 @@ from vislam2tag.site.plans.images import (
 )
 from vislam2tag.site.plans.reader_process import read_guarded
 from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Point, ScalePoint, Use
+from vislam2tag.site.plans.taken_parts import TakenPart
 
 _TRIED_PX = 64
 """Size at which a picture is drawn only to see that it can be."""

@@ -353,3 +353,15 @@ def _kind(node: int, network: Network, places: Mapping[NodeKind, set[int]], in_r
     if len(corridors) != 2:
         return NodeKind.JUNCTION if len(corridors) > 2 else NodeKind.DEAD_END
     return NodeKind.TURN if bend_at(network, node, *corridors) >= TURN_RAD else NodeKind.STRAIGHT
+
+
+def connected_edges(graph: CorridorGraph, kept: BoolArray) -> list[int]:
+    """The edges that ``kept`` (e,) marks, and the shortest others without which no walk could get to all of them."""
+    joined = nx.MultiGraph()
+    for edge, (first, second) in enumerate(graph.edges.tolist()):
+        joined.add_edge(first, second, key=edge, length_m=0.0 if kept[edge] else float(graph.length_m[edge]))
+    tree = nx.minimum_spanning_tree(joined, weight="length_m")
+    needed = set(graph.edges[kept].ravel().tolist())
+    while leaves := [node for node, degree in tree.degree if degree == 1 and node not in needed]:
+        tree.remove_nodes_from(leaves)
+    return sorted({*np.flatnonzero(kept).tolist(), *(edge for _, _, edge in tree.edges(keys=True))})

@@ -10,8 +10,6 @@ import cv2
 import networkx as nx
 import numpy as np
 from scipy.spatial.distance import cdist
-from skimage.measure import approximate_polygon
-from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
@@ -160,6 +158,8 @@ _NICHE = 1.2
 
 def skeleton(space: WalkableSpace) -> Network:
     """Make the network of lines in the middle between walls; every node is an end or joins three branches at least."""
+    from skimage.morphology import skeletonize  # takes a second to load, and summaries of sites do without
+
     cells = np.argwhere(skeletonize(_smooth(space.area.mask, space.area.cell_m)))
     network = traced(cells, space.area.grid)
     clear_spurs(network, space)
@@ -334,6 +334,8 @@ def straighten(network: Network, space: WalkableSpace) -> None:
 
 def _straight(line: FloatArray, space: WalkableSpace) -> FloatArray:
     """A line (k, 2) with as few corners as the distance to the walls allows."""
+    from skimage.measure import approximate_polygon
+
     if len(line) < 3:
         return line
     tolerance = float(np.clip(_STRAIGHT_SHARE * np.median(space.clearance_at(line)), *_STRAIGHT_M))

@@ -167,10 +167,11 @@ def _walls(plan: FloorPlan, grid: CellGrid, settings: WalkableSettings) -> BoolA
     """Cells (rows, columns) in a plan's walls and obstacles: from its lines and polygons where it has any, else from
     its image.
     """
-    from vislam2tag.site.walkable.drawn_cells import drawn_walls
-    from vislam2tag.site.walkable.ink import image_walls
-    from vislam2tag.site.walkable.sheet import building_walls
-
     if not len(plan.walls) and not plan.polygons:
+        from vislam2tag.site.walkable.ink import image_walls  # takes seconds to load
+        from vislam2tag.site.walkable.sheet import building_walls
+
         return building_walls(image_walls(plan, grid, settings), grid.cell_m, settings)
+    from vislam2tag.site.walkable.drawn_cells import drawn_walls
+
     return drawn_walls(plan, grid)
