@@ -85,7 +85,7 @@ def test_the_site_is_written_whole_and_other_positions_only_if_asked(site: Path)
     assert "other positions of landmark 10 (floor_1/marker_dict.csv:2), 7" in the_error_after(site, "--write")
     assert bytes_of(site) == before
     assert vislam2tag(*arguments(site, "--write", "--replace")).returncode == 0
-    assert vislam2tag(*arguments(site, "--write")).returncode == 0
+    assert vislam2tag(*arguments(site, "--write", "--replace")).returncode == 0
     landmarks = read_site(site)[0].landmarks.on_floor(1)
     assert set(landmarks.ids) == set(PLACES)
     moved = (site.parent / "S1.txt").read_text().splitlines()
@@ -126,7 +126,9 @@ def test_names_that_are_not_those_of_the_table_are_not_written(site: Path, tmp_p
         re.sub(r"^10;|^7;|^11;|^12;", lambda m: f"{int(m[0][:-1]) + 20};", measured, flags=re.MULTILINE)
     )
     (floor / "marker_dict.csv").write_text((floor / "marker_dict.csv").read_text() + "30,,\n27,,\n31,,\n32,,\n")
-    assert vislam2tag(*arguments(site, "--write")).returncode == 0, "rows with the new ids are there: further landmarks"
+    assert vislam2tag(*arguments(site, "--write")).returncode == 0, (
+        "rows with the new ids are there: further landmarks"
+    )
 
 
 def test_the_site_shows_sheets_that_its_table_has_twice(site: Path) -> None:
@@ -168,7 +170,7 @@ def test_tape_and_clicks(site: Path, tmp_path: Path) -> None:
 def test_a_tape_without_targets_names_the_option(site: Path, tmp_path: Path) -> None:
     (tmp_path / "tape.csv").write_text("20;west;3,00\n20;south;5,00\n")
     done = vislam2tag("register", site, "--floor", "1", "--tape", tmp_path / "tape.csv")
-    assert done.returncode == 1
+    assert done.returncode == 3
     assert "pass their positions with --targets FILE" in done.stdout
     assert "next: correct the problems above" in done.stdout
 
@@ -214,3 +216,13 @@ def in_process(*arguments: str | Path) -> None:
 
 def test_errors_end_the_process_with_2_and_one_line(site: Path) -> None:
     assert the_error(vislam2tag("register", site, "--floor", "1")).startswith("error: there are no measurements")
+
+
+def test_stations_without_a_landmark_write_nothing(site: Path) -> None:
+    assert vislam2tag(*arguments(site, "--write", "--replace")).returncode == 0
+    record = site / "floor_1" / "registration.json"
+    before = record.read_bytes()
+    done = vislam2tag(*arguments(site, "--write", "--replace", "--landmark-names", "P*"))
+    assert done.returncode == 3
+    assert "no point of the stations is a landmark, so nothing was written" in done.stdout
+    assert record.read_bytes() == before

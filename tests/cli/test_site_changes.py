@@ -176,8 +176,8 @@ def test_floors_are_laid_on_top_of_each_other(site: Path, plans: Path) -> None:
     turned = ("--pair", "110,55=5,-10", "--pair", "130,55=5,10.1")
     done = vislam2tag("site", "align", site, "--floor", "2", "--onto", "1", *turned)
     assert done.returncode == 0, done.stderr
-    assert "floor 2 is on top of floor 1: turned by 90.00°" in done.stdout
-    assert "the points fit to 0.05 m; lengths differ by 0.5%" in done.stdout
+    assert "floor 2 is laid on floor 1: turned by 90.00°" in done.stdout
+    assert "a third --pair would check the points; lengths differ by 0.5%" in done.stdout
     frame = read_site(site)[0].floor(2).site_T_bcs
     assert frame @ np.array([(120.0, 55.0)]) == pytest.approx(np.array([(5.0, 0.05)]), abs=1e-3)
 

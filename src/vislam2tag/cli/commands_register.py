@@ -67,7 +67,8 @@ def register_command(given: RegisterOptions) -> None:
     Nothing is written without --out or --write. See docs/how-to/registration.md for formats and method.
 
     Exit code: 0 all registered, 1 a measurement was excluded, a landmark has no position, two may be interchanged, or
-    names do not match (then --write writes nothing), 2 wrong usage or too few measurements, 130 interrupted.
+    names do not match (then --write writes nothing), 2 wrong usage or too few measurements, 3 no point was registered,
+    130 interrupted.
 
     \b
     Examples:
@@ -105,7 +106,13 @@ def register_command(given: RegisterOptions) -> None:
     )
     found = registering.register(whole, chosen, sources, settings)
     written = _written(found, given, chosen)
-    answer(found, given.json, lambda: _print(found, given, settings.shot_sigma_m, written), failed=not found.complete)
+    answer(
+        found,
+        given.json,
+        lambda: _print(found, given, settings.shot_sigma_m, written),
+        failed=not found.complete,
+        nothing=not (found.landmarks or found.control_points),
+    )
 
 
 def _written(found: api.Registration, given: RegisterOptions, floor: api.Floor) -> list[Path]:
@@ -113,6 +120,8 @@ def _written(found: api.Registration, given: RegisterOptions, floor: api.Floor) 
     from vislam2tag.pipeline.site.register import write_folder, write_into_site
 
     written: list[Path] = []
+    if not found.landmarks and not found.control_points:
+        return []
     if given.write and not found.has_other_names:
         written += write_into_site(given.site, floor, found, replace=given.replace)
     if given.out is not None:
@@ -166,6 +175,11 @@ def _print_next(found: api.Registration, given: RegisterOptions) -> None:
         after = "register, nothing"
         if given.tape is not None and given.targets is None:
             say("no corner or wall is known: pass their positions with --targets FILE (name,x,y or name,x,y,x2,y2)")
+        if given.station and not found.unplaced:
+            say(
+                "no point of the stations is a landmark, so nothing was written: exchange --station and --control, or "
+                "correct --landmark-names"
+            )
     if found.has_other_names:
         after = "register, other names"
         if given.write:

@@ -12,8 +12,8 @@ from vislam2tag.common.files.store import shown
 STEPS: Mapping[str, str] = {
     "site init": "vislam2tag plan {site} --out plan --write\n"
     "or, without landmarks: add the walks, then: vislam2tag process {site} --out labels",
-    "site init, odd": "compare the picture with the plan, then correct what was taken, for example: "
-    "vislam2tag site set {site} --floor {floor} --ignore LAYER",
+    "site init, odd": "compare the picture with the plan, and follow the warnings: vislam2tag site set {site} --floor "
+    "{floor} with the right options",
     "site init, measure": "open {page}, click two points, enter their distance, then run the command that it shows",
     "site set": "vislam2tag site show {site}",
     "site set, planned": "vislam2tag plan {site} --restart --out plan --write",

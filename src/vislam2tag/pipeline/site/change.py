@@ -20,6 +20,7 @@ from vislam2tag.common.files.toml_file import first_problem
 from vislam2tag.common.findings import counted
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.transforms import Similarity2
+from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.pipeline.site.init import NewFloor, check_plan, write_site
 from vislam2tag.pipeline.site.register import RECORD_FILE
 from vislam2tag.site.corrections.edits import ReplaceEntry, change_text, changed_text, corrections_text, entries_of
@@ -239,6 +240,10 @@ MAX_SCALE_DIFFERENCE = 0.03
 """Sizes of plans are rounded, and clicks are not exact; a larger difference is a wrong size or another point."""
 
 
+MIN_PAIRS = 2
+"""So many common points determine turn and shift."""
+
+
 def align_floor(root: AnyPath, number: int, onto: int, pairs: Sequence[tuple[Point, Point]]) -> SiteChange:
     """Lay a floor on top of another one by common points, each in the BCS of both, metres.
 
@@ -264,13 +269,17 @@ def align_floor(root: AnyPath, number: int, onto: int, pairs: Sequence[tuple[Poi
     x_m, y_m, angle_deg = (round(value, 4) for value in (frame.b.real, frame.b.imag, math.degrees(frame.rotation_rad)))
     moved = part.model_copy(update={"site_T_bcs": Relation(x_m=x_m, y_m=y_m, angle_deg=angle_deg)})
     write_site(root, _with_part(site, number, moved))
+    checked = (
+        f"the points fit to {apart_m:.2f} m" if len(pairs) > MIN_PAIRS else "a third --pair would check the points"
+    )
     return SiteChange(
         (
-            f"floor {number} is on top of floor {onto}: turned by {math.degrees(fit.rotation_rad):.2f}°, moved by "
+            f"floor {number} is laid on floor {onto}: turned by {math.degrees(fit.rotation_rad):.2f}°, moved by "
             f"({shift.real:.2f}, {shift.imag:.2f}) m",
-            f"the points fit to {apart_m:.2f} m; lengths differ by {abs(found.scale - 1):.1%}",
+            f"{checked}; lengths differ by {abs(found.scale - 1):.1%}",
             f"written: {root / SITE_FILE}",
-        )
+        ),
+        tuple(f"{note}, or check that each --pair is FLOOR=ONTO" for note in floor_fit_notes(root, number)),
     )
 
 

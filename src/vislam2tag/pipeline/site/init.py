@@ -181,6 +181,8 @@ def settled_source(
     notes: list[str] = []
     if source.area is None and not whole and look.building is not None:
         source, notes = _without_margins(source, look, look.building)
+    if source.area is None and not whole and source.extent is not None and look.drawn is not None:
+        notes = [_size_of_picture(look.box, look.drawn)]
     if source.extent is not None and not stretch:
         _refuse_other_shape(path, source, look)
     return source, notes
@@ -202,6 +204,14 @@ def _refuse_options(path: Path, source: PlanSource) -> None:
             raise UsageError(
                 f"{option}: does not apply to {path}, a plan of the format {own.name}, but to {suitable}; leave it out"
             )
+
+
+def _size_of_picture(whole: Bounds, drawn: Bounds) -> str:
+    left, right, low, high = (round(edge) for edge in drawn)
+    return (
+        f"the size applies to the whole picture, which is {whole[1] - whole[0]:.0f} wide; the largest drawing on it is "
+        f"{right - left} wide. If it is the size of that, add --area {left},{low},{right},{high}"
+    )
 
 
 def no_scale(path: Path, source: PlanSource) -> str:

@@ -11,12 +11,15 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import write_in_survey
-from vislam2tag.site.plans.load import floor_plan, look_at_plan, plan_called
+from vislam2tag.site.plans.drawing import Bounds
+from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
+from vislam2tag.site.plans.source import SCALES, PlanSource
 from vislam2tag.site.plans.taken_parts import TakenPart
 from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.taken import plan_checks, taken_picture
 
 PICTURE = "plan_as_read.png"
+_SIZE_TOLERANCE = 0.03
 _LARGEST_M = 1000.0
 """Few buildings are larger. A larger plan is more likely in other units."""
 
@@ -50,6 +53,7 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
         look = look_at_plan(floor.plan, floor.source)
     plan = floor_plan(floor)
     warnings = [*look.notes, *floor_fit_notes(root, floor.number)]
+    warnings += _other_size(look, floor.source, plan.extent_m)
     left, right, low, high = plan.extent_m
     if max(right - left, high - low) > _LARGEST_M:
         warnings.append(f"the plan is {right - left:,.0f} m wide and {high - low:,.0f} m high: check its unit")
@@ -62,3 +66,17 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     taken_picture(plan, space).save(image, "PNG")
     write_in_survey(root, picture, image.getvalue())
     return PlanReport(floor.number, look.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
+
+
+def _other_size(look: PlanLook, source: PlanSource, extent_m: Bounds) -> list[str]:
+    """Tell if a plan has another size than its file says."""
+    if look.unit_m is None or all(getattr(source, name) is None for name in SCALES):
+        return []
+    sides, box = (extent_m[1] - extent_m[0], extent_m[3] - extent_m[2]), look.box_of(source.area)
+    stated = ((box[1] - box[0]) * look.unit_m, (box[3] - box[2]) * look.unit_m)
+    if max(sides) <= max(stated) * (1 + _SIZE_TOLERANCE) and max(stated) <= max(sides) * (1 + _SIZE_TOLERANCE):
+        return []
+    return [
+        f"the plan is {sides[0]:.2f} m x {sides[1]:.2f} m as given, but {stated[0]:.2f} m x {stated[1]:.2f} m by its "
+        "file: leave the size out to use that of the file"
+    ]

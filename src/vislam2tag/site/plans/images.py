@@ -167,14 +167,13 @@ def is_sheet(drawing: PlanDrawing) -> bool:
 def building_on_sheet(drawing: PlanDrawing) -> tuple[Bounds | None, bool]:
     """The box around the largest drawing within a sheet's frame, in its coordinates, and whether there is a frame.
 
-    None: the drawing fills the sheet, or there is none, or no frame shows that a picture without a size on paper is a
-    sheet. Raises OSError where it cannot be drawn.
+    None: the drawing fills the sheet, or there is none. Raises OSError where it cannot be drawn.
     """
     assert drawing.picture is not None
     ink = np.asarray(drawing.picture(_SIDE_PX).convert("L")) < _SHEET_INK
     ink, framed = _without_frames(ink, sure=is_sheet(drawing))
     box = _largest(ink)
-    if box is None or not (framed or is_sheet(drawing)):
+    if box is None:
         return None, framed
     rows, columns = ink.shape
     left, right, low, high = drawing.bounds

@@ -27,6 +27,7 @@ from vislam2tag.site.plans.images import (
     PIXEL_M,
     building_on_sheet,
     drawn_plan,
+    is_sheet,
     load_plan,
     turned_bounds,
     upright,
@@ -125,6 +126,10 @@ class PlanLook:
     downwards: bool
     paper_m: float | None
     """Metres on paper a unit, if the file says so."""
+    unit_m: float | None = None
+    """Metres a unit, if the file says so."""
+    drawn: Bounds | None = None
+    """Of a picture without a frame: the box around the largest drawing; None if that fills the picture."""
     levels: tuple[str, ...] = ()
     """Names of the file's levels, where it has levels."""
     taken: tuple[TakenPart, ...] = ()
@@ -172,17 +177,20 @@ def _decode(path: Path) -> None:
 
 def _look(path: Path, source: PlanSource) -> PlanLook:
     drawing = read_drawing(path, source)
-    building, framed = (None, False) if drawing.picture is None else building_on_sheet(drawing)
-    if building is not None and drawing.downwards:
+    box, framed = (None, False) if drawing.picture is None else building_on_sheet(drawing)
+    if box is not None and drawing.downwards:
         top, bottom = drawing.bounds[3], drawing.bounds[2]
-        building = (*building[:2], top + bottom - building[3], top + bottom - building[2])
+        box = (*box[:2], top + bottom - box[3], top + bottom - box[2])
+    certain = framed or is_sheet(drawing)
     return PlanLook(
         drawing.bounds,
-        building,
+        box if certain else None,
         framed,
         drawing.picture is not None,
         drawing.downwards,
         drawing.paper_m,
+        drawing.unit_m,
+        None if certain else box,
         drawing.levels,
         drawing.taken,
         drawing.notes,
