@@ -47,18 +47,20 @@ def test_a_floor_is_changed_as_by_the_command_line(survey: Path) -> None:
         assert read_site(survey)[0].landmarks.floor.tolist() == [3, 3]
         (survey / "floor_2" / "phone" / "walk").mkdir(parents=True)
         before = bytes_of(survey)
-        for path, refused, message in (
-            ("change", {"floor": 2, "name": "Lower", "number": 3}, "already has a floor 3"),
-            ("change", {"floor": 2, "name": "Lower", "number": 4}, "floor 2 has 1 recorded walk"),
-            ("change", {"floor": 2, "width_m": 0.01}, "width_m: "),
-            ("change", {"floor": 7, "name": "None"}, "--floor 7: "),
-            ("remove", {"floor": 2}, "floor 2 has 1 recorded walk"),
-        ):
-            answer = studio.client.post(f"/api/prepare/floors/{path}", json=refused)
+        refused = [
+            ({"floor": 2, "name": "Lower", "number": 3}, "already has a floor 3"),
+            ({"floor": 2, "name": "Lower", "number": 4}, "floor 2 has 1 recorded walk"),
+            ({"floor": 2, "width_m": 0.01}, "width_m: "),
+            ({"floor": 7, "name": "None"}, "--floor 7: "),
+        ]
+        answers = [studio.client.post("/api/prepare/floors/change", json=asked) for asked, _ in refused]
+        for answer, (_, message) in zip(answers, refused, strict=True):
             assert (answer.status_code, message in answer.json()["message"]) == (422, True), answer.text
-            assert bytes_of(survey) == before
-        notes = studio.post("/api/prepare/floors/remove", {"floor": 3})["notes"]
-        assert f"its files are kept in {survey / 'removed_floor_3'}" in notes[1]
+        assert "floor 2 has 1 recorded walk" in studio.client.delete("/api/prepare/floors/2").json()["message"]
+        assert bytes_of(survey) == before
+        studio.post("/api/prepare/floors/change", {"floor": 3, "number": -1})
+        notes = studio.client.delete("/api/prepare/floors/-1").json()["notes"]
+        assert f"its files are kept in {survey / 'removed_floor_-1'}" in notes[1]
         assert [floor["number"] for floor in studio.get("/api/survey")["floors"]] == [2]
 
 

@@ -226,11 +226,11 @@ def _change_floor(workspace: Workspace, worker: Worker, body: preparing.FloorCha
     return done
 
 
-@endpoint("POST", "/api/prepare/floors/remove")
-def _remove_floor(workspace: Workspace, worker: Worker, body: preparing.FloorRemoval) -> preparing.ChangedFloor:
+@endpoint("DELETE", "/api/prepare/floors/{number:short}")
+def _remove_floor(workspace: Workspace, worker: Worker, number: int) -> preparing.ChangedFloor:
     from vislam2tag.studio.planning import removed_floor
 
-    done = worker.do(removed_floor, workspace.root, body.floor)
+    done = worker.do(removed_floor, workspace.root, number)
     workspace.refresh()
     return done
 

@@ -82,12 +82,6 @@ class FloorChange(FiniteRecord):
     """Width of the area that its plan shows; the height follows from the plan's shape."""
 
 
-class FloorRemoval(FiniteRecord):
-    """A floor to take out of the site."""
-
-    floor: int
-
-
 class ChangedFloor(FiniteRecord):
     """Sentences about a floor that was changed or removed: where its files are, and what to check."""
 

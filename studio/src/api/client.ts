@@ -76,7 +76,7 @@ export const look = (file: number, page: number, level: string) => get<PlanLook>
 export const pictureOf = (file: number, page: number, level: string) => `/api/prepare/files/${file}/picture?page=${page}&level=${name(level)}`;
 export const addFloor = (request: FloorRequest) => json<AddedFloor>('POST', '/api/prepare/floors', request);
 export const changeFloor = (change: FloorChange) => json<ChangedFloor>('POST', '/api/prepare/floors/change', change);
-export const removeFloor = (floor: number) => json<ChangedFloor>('POST', '/api/prepare/floors/remove', { floor });
+export const removeFloor = (floor: number) => json<ChangedFloor>('DELETE', `/api/prepare/floors/${floor}`);
 export const plan = (wish: PlanWish) => json<Planned>('POST', '/api/prepare/plans', wish);
 export const rooms = (wish: RoomsWish) => json<Rooms>('POST', '/api/prepare/rooms', wish);
 export const changePlan = (change: PlanChange) => json<Planned>('POST', '/api/prepare/plans/change', change);

@@ -324,7 +324,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/prepare/floors/remove": {
+    "/api/prepare/floors/{number}": {
         parameters: {
             query?: never;
             header?: never;
@@ -333,8 +333,8 @@ export interface paths {
         };
         get?: never;
         put?: never;
-        post: operations["post_prepare_floors_remove"];
-        delete?: never;
+        post?: never;
+        delete: operations["delete_prepare_floors_number"];
         options?: never;
         head?: never;
         patch?: never;
@@ -1420,14 +1420,6 @@ export interface components {
              *     }
              */
             site_T_bcs: components["schemas"]["Relation"];
-        };
-        /**
-         * FloorRemoval
-         * @description A floor to take out of the site.
-         */
-        FloorRemoval: {
-            /** Floor */
-            floor: number;
         };
         /**
          * FloorRequest
@@ -3593,18 +3585,16 @@ export interface operations {
             };
         };
     };
-    post_prepare_floors_remove: {
+    delete_prepare_floors_number: {
         parameters: {
             query?: never;
             header?: never;
-            path?: never;
+            path: {
+                number: number;
+            };
             cookie?: never;
         };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["FloorRemoval"];
-            };
-        };
+        requestBody?: never;
         responses: {
             /** @description the answer */
             200: {
