@@ -26,6 +26,7 @@ REFUSING = (
     "studio/preparing.py",
     "studio/planning.py",
     "studio/jobs.py",
+    "pipeline/site/change.py",
     "pipeline/site/plan.py",
     "pipeline/site/register.py",
 )

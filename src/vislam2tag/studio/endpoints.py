@@ -217,6 +217,24 @@ def _rooms(workspace: Workspace, worker: Worker, body: preparing.RoomsRequest) -
     return found
 
 
+@endpoint("POST", "/api/prepare/floors/change")
+def _change_floor(workspace: Workspace, worker: Worker, body: preparing.FloorChange) -> preparing.ChangedFloor:
+    from vislam2tag.studio.planning import changed_floor
+
+    done = worker.do(changed_floor, workspace.root, body)
+    workspace.refresh()
+    return done
+
+
+@endpoint("DELETE", "/api/prepare/floors/{number:short}")
+def _remove_floor(workspace: Workspace, worker: Worker, number: int) -> preparing.ChangedFloor:
+    from vislam2tag.studio.planning import removed_floor
+
+    done = worker.do(removed_floor, workspace.root, number)
+    workspace.refresh()
+    return done
+
+
 @endpoint("POST", "/api/prepare/plans/change")
 def _change(worker: Worker, body: preparing.PlanChange) -> preparing.PlannedView:
     from vislam2tag.studio.planning import change_plan

@@ -11,11 +11,11 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import OutputError, UsageError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.core.arrays import IntArray
-from vislam2tag.pipeline.site.change import FloorChanges, change_site
+from vislam2tag.pipeline.site.change import FloorChanges, change_site, floor_part, remove_floor, renumber_floor
 from vislam2tag.pipeline.site.plan import (
     PlanRequest,
     add_to_site,
@@ -35,11 +35,13 @@ from vislam2tag.preparation.sheets.sheet_folder import PDF_FILE, SheetOptions, i
 from vislam2tag.settings import Settings
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.floors import MASK_FILE
+from vislam2tag.site.links import write_in_survey
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.load import floor_plan
-from vislam2tag.site.plans.source import FloorPlan
+from vislam2tag.site.plans.source import SCALES, Extent, FloorPlan, PlanSource
 from vislam2tag.site.rooms import FloorRooms, rooms_of
 from vislam2tag.site.settings import WalkableSettings
+from vislam2tag.site.site_file import SITE_FILE, FloorPart, read_site_file
 from vislam2tag.site.walkable.drawn_cells import plan_grid
 from vislam2tag.site.walkable.painted_cells import GREEN, RED, floor_mask
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space, wall_segments
@@ -191,6 +193,40 @@ def _rings(rooms: FloorRooms, name: str) -> list[list[Point]]:
     mask = rooms.areas.space.area.mask & np.isin(rooms.areas.number, np.flatnonzero(rooms.called((name,))))
     area = replace(rooms.areas.space.area, mask=mask)
     return rings_of(WalkableSpace(area, wall_segments(area))) if mask.any() else []
+
+
+def changed_floor(root: Path, change: preparing.FloorChange) -> preparing.ChangedFloor:
+    """Change a floor as ``site set`` and ``site renumber`` do; raises their errors; a refusal changes nothing."""
+    part = floor_part(root, read_site_file(root), change.floor)
+    before, notes = read_bytes(root / SITE_FILE), list[str]()
+    plan = None if change.width_m is None else _with_width(root, part, change.width_m)
+    changes = FloorChanges(change.name, change.elevation_m, plan)
+    if changes != FloorChanges():
+        notes += change_site(root, part.number, changes).notes
+    if change.number not in (None, part.number):
+        try:
+            notes += renumber_floor(root, part.number, change.number).notes
+        except (SurveyError, UsageError):  # before it has written anything
+            write_in_survey(root, root / SITE_FILE, before)
+            raise
+    _plans.clear()  # they would be written to the floor as it was
+    return preparing.ChangedFloor(notes=notes)
+
+
+def _with_width(root: Path, part: FloorPart, width_m: float) -> PlanSource:
+    """How to read a floor's plan with another width and the same lower left corner."""
+    if part.plan is None:
+        raise UsageError(f"floor {part.number} has no plan, so it has no width; add its plan")
+    left, _, low, _ = read_site(root, follow_links=True)[0].floor(part.number).extent_m or (0.0, 0.0, 0.0, 0.0)
+    extent = Extent(width_m=width_m, lower_left_m=(left, low))
+    return part.plan.model_copy(update={**dict.fromkeys(SCALES), "extent": extent})
+
+
+def removed_floor(root: Path, number: int) -> preparing.ChangedFloor:
+    """Take a floor out of the site as ``site remove`` does; raises its errors."""
+    done = remove_floor(root, number)
+    _plans.clear()
+    return preparing.ChangedFloor(notes=[*done.done, *done.notes])
 
 
 _last_plan: dict[str, FloorPlan] = {}

@@ -21,7 +21,7 @@ from vislam2tag.pipeline.site.init import NewFloor, add_floor, settled_source
 from vislam2tag.preparation.registration.record import Registration
 from vislam2tag.site.model import portable_name
 from vislam2tag.site.plans.load import look_at_plan, plan_called, plan_extent, unplaced_picture
-from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.source import PlanSource, Side
 from vislam2tag.site.site_file import FloorPart, has_site_file, read_site_file
 from vislam2tag.studio.messages import Box, Point, seen_as
 from vislam2tag.studio.routing import Binary, endpoint
@@ -68,6 +68,23 @@ class AddedFloor(FiniteRecord):
     """The added floor, and decisions about its plan."""
 
     floor: int
+    notes: list[str]
+
+
+class FloorChange(FiniteRecord):
+    """Other properties of a floor; None: as before."""
+
+    floor: int
+    number: int | None = None
+    name: Annotated[str, Field(max_length=80)] | None = None
+    elevation_m: float | None = None
+    width_m: Side | None = None
+    """Width of the area that its plan shows; the height follows from the plan's shape."""
+
+
+class ChangedFloor(FiniteRecord):
+    """Sentences about a floor that was changed or removed: where its files are, and what to check."""
+
     notes: list[str]
 
 

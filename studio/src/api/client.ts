@@ -1,5 +1,5 @@
 // What the page asks for and tells: of a running studio, or of the files of an export, which only shows.
-import type { AddedFloor, Change, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, Rooms, RoomsWish, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Taps, Undone, Walls, WallsWish, Written } from './model';
+import type { AddedFloor, Change, ChangedFloor, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorChange, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, Rooms, RoomsWish, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Taps, Undone, Walls, WallsWish, Written } from './model';
 import { request, server } from './server';
 import { type Source, folder } from './source';
 
@@ -75,6 +75,8 @@ export const drop = (file: File) => json<DroppedFile>('POST', `/api/prepare/file
 export const look = (file: number, page: number, level: string) => get<PlanLook>(`prepare/files/${file}/look`, { page, level });
 export const pictureOf = (file: number, page: number, level: string) => `/api/prepare/files/${file}/picture?page=${page}&level=${name(level)}`;
 export const addFloor = (request: FloorRequest) => json<AddedFloor>('POST', '/api/prepare/floors', request);
+export const changeFloor = (change: FloorChange) => json<ChangedFloor>('POST', '/api/prepare/floors/change', change);
+export const removeFloor = (floor: number) => json<ChangedFloor>('DELETE', `/api/prepare/floors/${floor}`);
 export const plan = (wish: PlanWish) => json<Planned>('POST', '/api/prepare/plans', wish);
 export const rooms = (wish: RoomsWish) => json<Rooms>('POST', '/api/prepare/rooms', wish);
 export const changePlan = (change: PlanChange) => json<Planned>('POST', '/api/prepare/plans/change', change);

@@ -48,6 +48,8 @@ export interface FloorRequest {
   part: { number: number; name: string; plan: Pick<PlanSource, 'file' | 'page' | 'area'> & { distance?: { from: number[]; to: number[]; metres: number }; scale?: { one_to: number } } };
 }
 export type AddedFloor = Schemas['AddedFloor'];
+export type FloorChange = Schemas['FloorChange'];
+export type ChangedFloor = Schemas['ChangedFloor'];
 export type PlanWish = Schemas['PlanWish'];
 export type PlanChange = Schemas['PlanChange'];
 export type Planned = Schemas['PlannedView'];

@@ -308,6 +308,38 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/prepare/floors/change": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post: operations["post_prepare_floors_change"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/prepare/floors/{number}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        delete: operations["delete_prepare_floors_number"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/prepare/plans": {
         parameters: {
             query?: never;
@@ -677,6 +709,14 @@ export interface components {
             ][];
             /** Weight */
             weight: number;
+        };
+        /**
+         * ChangedFloor
+         * @description Sentences about a floor that was changed or removed: where its files are, and what to check.
+         */
+        ChangedFloor: {
+            /** Notes */
+            notes: string[];
         };
         /**
          * ChangedPoint
@@ -1319,6 +1359,34 @@ export interface components {
             /** Rows */
             rows: components["schemas"]["FleetRow"][];
             totals: components["schemas"]["FleetTotals"];
+        };
+        /**
+         * FloorChange
+         * @description Other properties of a floor; None: as before.
+         */
+        FloorChange: {
+            /**
+             * Elevation M
+             * @default null
+             */
+            elevation_m: number | null;
+            /** Floor */
+            floor: number;
+            /**
+             * Name
+             * @default null
+             */
+            name: string | null;
+            /**
+             * Number
+             * @default null
+             */
+            number: number | null;
+            /**
+             * Width M
+             * @default null
+             */
+            width_m: number | null;
         };
         /**
          * FloorPart
@@ -3471,6 +3539,70 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["AddedFloor"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    post_prepare_floors_change: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FloorChange"];
+            };
+        };
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedFloor"];
+                };
+            };
+            /** @description refused */
+            default: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    delete_prepare_floors_number: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                number: number;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description the answer */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ChangedFloor"];
                 };
             };
             /** @description refused */
