@@ -85,7 +85,7 @@ def test_the_site_is_written_whole_and_other_positions_only_if_asked(site: Path)
     assert "other positions of landmark 10 (floor_1/marker_dict.csv:2), 7" in the_error_after(site, "--write")
     assert bytes_of(site) == before
     assert vislam2tag(*arguments(site, "--write", "--replace")).returncode == 0
-    assert vislam2tag(*arguments(site, "--write", "--replace")).returncode == 0
+    assert vislam2tag(*arguments(site, "--write")).returncode == 0
     landmarks = read_site(site)[0].landmarks.on_floor(1)
     assert set(landmarks.ids) == set(PLACES)
     moved = (site.parent / "S1.txt").read_text().splitlines()
@@ -126,9 +126,7 @@ def test_names_that_are_not_those_of_the_table_are_not_written(site: Path, tmp_p
         re.sub(r"^10;|^7;|^11;|^12;", lambda m: f"{int(m[0][:-1]) + 20};", measured, flags=re.MULTILINE)
     )
     (floor / "marker_dict.csv").write_text((floor / "marker_dict.csv").read_text() + "30,,\n27,,\n31,,\n32,,\n")
-    assert vislam2tag(*arguments(site, "--write")).returncode == 0, (
-        "rows with the new ids are there: further landmarks"
-    )
+    assert vislam2tag(*arguments(site, "--write")).returncode == 0, "rows with the new ids are there: further landmarks"
 
 
 def test_the_site_shows_sheets_that_its_table_has_twice(site: Path) -> None:
