@@ -276,6 +276,9 @@ EXEMPT = {
     "fleet status": "writes nothing",
     "fleet report": "writes pages of the catalogue; tests/pipeline/fleet",
     "verify": "writes nothing",
+    **dict.fromkeys(
+        ("site set", "site renumber", "site remove", "site align"), "changes the site; test_site_changes.py"
+    ),
     "docs": "writes nothing",
     "paper": "needs the paper's data; claims its folder as `figures` does",
 }

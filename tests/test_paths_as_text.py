@@ -109,6 +109,10 @@ MISSING: dict[str, list[Callable[[], object]]] = {
         lambda: api.sightings("survey", images="gone"),
     ],
     "simulate": [lambda: api.simulate(api.regular_survey(2, sessions=0), "survey")],
+    "site_align": [lambda: api.site_align("gone", 1, 0, [])],
+    "site_remove": [lambda: api.site_remove("gone", 1)],
+    "site_renumber": [lambda: api.site_renumber("gone", 1, 2)],
+    "site_set": [lambda: api.site_set("gone", 1, api.FloorChanges(name="A"))],
     "site_init": [lambda: api.site_init("new", api.NewFloor("gone.png", FloorPart(number=1)))],
     "site_rebase": [
         lambda: api.site_rebase("gone", "out", UNCHANGED),

@@ -141,7 +141,7 @@ def test_serving_takes_no_scans_and_locating_needs_some(tmp_path: Path) -> None:
         ("none.csv", "scan_id,bssid,rssi_dbm\n", "the input contains no scan", "correct the lines"),
         (
             "strangers.csv",
-            "scan_id,bssid,rssi_dbm\ns1,stranger,-50\ns2,stranger,-60\n",
+            "scan_id,bssid,rssi_dbm\ns1,06:00:00:00:00:01,-50\ns2,06:00:00:00:00:01,-60\n",
             "no scan contains any of the model's 10 access points",
             "use a model of the building",
         ),

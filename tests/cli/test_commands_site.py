@@ -36,7 +36,9 @@ def test_a_site_is_begun_shown_and_written(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert sorted(str(path.relative_to(site)) for path in site.rglob("*.*")) == [
         "floor_0/plan.pdf",
+        "floor_0/plan_as_read.png",
         "floor_1/plan.png",
+        "floor_1/plan_as_read.png",
         "site.toml",
     ]
     (site / "floor_0" / "marker_dict.csv").write_text("id,x,y\n1,6,-1\n2,20.5,3\n3,,\n")

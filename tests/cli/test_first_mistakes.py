@@ -167,7 +167,7 @@ BEFORE: dict[str, Change] = {
     "labelled dates as German spreadsheets write them": write("table.csv", "time;co2\n20.12.2021 09:14:05;400\n"),
     "gave a time zone by its short name": write("table.csv", "time,co2\n2021-12-20T09:14:05,400\n"),
     "gave scans without a column of levels": write("scans.csv", "scan_id,bssid\n1,aa\n"),
-    "gave scans that hear nothing known": write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,-50\n"),
+    "gave scans that hear nothing known": write("scans.csv", "scan_id,bssid,rssi_dbm\n1,06:00:00:00:00:01,-50\n"),
     "gave the model and the scans the other way round": write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,-50\n"),
     "gave scans as German spreadsheets write them": write("scans.csv", "scan_id;bssid;rssi_dbm\n1;aa;-50,5\n"),
     "wrote levels without their sign": write("scans.csv", "scan_id,bssid,rssi_dbm\n1,aa,50\n"),

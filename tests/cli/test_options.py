@@ -129,7 +129,11 @@ def test_options_that_help_leaves_out_are_taken(name: str) -> None:
 @pytest.mark.parametrize(
     ("words", "old", "new"),
     [
-        (["site", "init", "site", "--plan", "plan.png"], ["--measure", "page.html"], ["--click", "page.html"]),
+        (
+            ["site", "init", "site", "--plan", "plan.png"],
+            ["--measure", "page.html", "--layer", "W"],
+            ["--click", "page.html", "--walls", "W"],
+        ),
         (["plan", "site", "--out", "plan"], ["--sheet=A4", "--anew"], ["--paper=A4", "--restart"]),
         (["sightings", "survey"], ["--again"], ["--replace"]),
         (["simulate", "survey"], ["--landmark-file", "own.csv"], ["--landmarks", "own.csv"]),

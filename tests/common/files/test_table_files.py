@@ -126,6 +126,7 @@ def test_files_that_others_gave_are_read_where_pipes_and_devices_are_refused() -
         "api.py",
         "common/files/given_files.py",
         "common/commit.py",
+        "common/findings.py",
         "cli/commands_studio.py",
         "views/page.py",
         "studio/receiving/server.py",

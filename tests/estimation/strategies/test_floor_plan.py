@@ -232,7 +232,7 @@ def test_unusable_frames_keep_their_own_status(walk: SimulatedWalk) -> None:
 
 
 def test_a_walk_up_the_stairs_is_laid_over_the_plans_of_both_floors() -> None:
-    scenario = regular_survey(7, "default", (0, 1), ("LG",), 1, 200.0, BuildingSettings(), climb=Climb.STAIRS)
+    scenario = regular_survey(7, "default", (0, 1), ("LG",), 1, 260.0, BuildingSettings(), climb=Climb.STAIRS)
     tour, log = walk_and_track(scenario, scenario.sessions[0])
     floors = scenario.building.floors
     costs = [WallCosts.of(WalkableArea(free_of(floor), (0.0, 0.0), FINE_M)) for floor in floors]

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
+from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
-from vislam2tag.site.links import write_in_survey
+from vislam2tag.site.links import survey_output
 from vislam2tag.site.plans.drawing import Bounds
 from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
 from vislam2tag.site.plans.source import SCALES, PlanSource
@@ -62,9 +62,8 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     except SurveyError as error:
         return PlanReport(floor.number, look.taken, (*warnings, str(error)), None)
     picture = root / f"floor_{floor.number}" / PICTURE
-    image = io.BytesIO()
-    taken_picture(plan, space).save(image, "PNG")
-    write_in_survey(root, picture, image.getvalue())
+    with survey_output(picture), Folder.at(root).writing(picture.relative_to(root).as_posix()) as file:
+        taken_picture(plan, space).save(file, "PNG")
     return PlanReport(floor.number, look.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
 
 
