@@ -82,7 +82,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
         assert vislam2tag(*command).returncode == 0
     times = "".join(f"{second}\n" for second in range(0, 40, 5))
     (folder / "table.csv").write_text(f"time_s\n{times}", encoding="utf-8")
-    (folder / "scans.csv").write_text("scan_id,bssid,rssi_dbm\n1,aa,-50\n", encoding="utf-8")
+    (folder / "scans.csv").write_text("scan_id,bssid,rssi_dbm\n1,06:00:00:00:00:01,-50\n", encoding="utf-8")
     plan = np.full((100, 200), 255, dtype=np.uint8)
     plan[[0, 1, -1, -2]] = plan[:, [0, 1, -1, -2]] = 0
     Image.fromarray(plan).save(folder / "plan.png")

@@ -198,13 +198,13 @@ def _without_frames(ink: npt.NDArray[np.bool_], *, sure: bool) -> tuple[npt.NDAr
             continue
         without = kept & (labels != index)
         within = _largest(without)
-        if within is not None and (sure or _is_apart(labels == index, box, within)):
+        if within is not None and (sure or has_title_block(labels == index, box, within)):
             kept, framed = without, True
     return kept, framed
 
 
-def _is_apart(frame: npt.NDArray[np.bool_], box: tuple[slice, ...], within: tuple[int, int, int, int]) -> bool:
-    """Whether nothing hangs on most sides of a frame around what is ``within``; rooms hang on all outer walls."""
+def has_title_block(frame: npt.NDArray[np.bool_], box: tuple[slice, ...], within: tuple[int, int, int, int]) -> bool:
+    """Whether a title block hangs on a frame around what is ``within``; rooms hang on all sides of an outer wall."""
     x0, x1, top, bottom = within
     rows, columns = box
     near = round(_LINE * max(frame.shape))
@@ -214,7 +214,8 @@ def _is_apart(frame: npt.NDArray[np.bool_], box: tuple[slice, ...], within: tupl
         frame[rows.start + near : rows.stop - near, columns.start + near : x0],
         frame[rows.start + near : rows.stop - near, x1 : columns.stop - near],
     )
-    return sum(strip.size > 0 and not strip.any() for strip in strips) >= _CLEAR_SIDES
+    clear = sum(strip.size > 0 and not strip.any() for strip in strips)
+    return _CLEAR_SIDES <= clear < len(strips)  # nothing hangs on an outer wall with corridors inside
 
 
 def is_frame(part: npt.NDArray[np.bool_], box: tuple[slice, ...], shape: tuple[int, ...]) -> bool:
