@@ -68,7 +68,7 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
 
 
 def _other_size(look: PlanLook, source: PlanSource, extent_m: Bounds) -> list[str]:
-    """Tell if a plan has another size than its file says."""
+    """Report if a plan has another size than its file says."""
     if look.unit_m is None or all(getattr(source, name) is None for name in SCALES):
         return []
     sides, box = (extent_m[1] - extent_m[0], extent_m[3] - extent_m[2]), look.box_of(source.area)
