@@ -279,7 +279,7 @@ def align_floor(root: AnyPath, number: int, onto: int, pairs: Sequence[tuple[Poi
             f"{checked}; lengths differ by {abs(found.scale - 1):.1%}",
             f"written: {root / SITE_FILE}",
         ),
-        tuple(f"{note}, or check that each --pair is FLOOR=ONTO" for note in floor_fit_notes(root, number)),
+        tuple(f"check that each --pair is FLOOR=ONTO: {note}" for note in floor_fit_notes(root, number)),
     )
 
 
