@@ -66,8 +66,8 @@ def picture(name: str, style: PictureStyle, suffix: str = ".png") -> Drawing:
     )
 
 
-def _features(floor: DrawnFloor, *levels: str) -> list[dict[str, object]]:
-    return [each for level in levels for each in files.indoor_features(floor, level)]
+def _two_levels(floor: DrawnFloor) -> list[dict[str, Any]]:
+    return [*files.indoor_features(floor, "0"), *files.indoor_features(_other(floor), "1")]
 
 
 def _other(floor: DrawnFloor) -> DrawnFloor:
@@ -91,18 +91,18 @@ DRAWINGS: tuple[Drawing, ...] = (
     dxf("storeys", "--area 0,0,{width_mm},{height_mm}", extras=("storeys",)),
     dxf("binary", language="de", binary=True),
     Drawing("geojson-walls", "plan.geojson", lambda f, p: files.write_geojson(files.wall_features(f), p), EARTH),
-    Drawing("geojson-rooms", "plan.geojson", lambda f, p: files.write_geojson(_features(f, "0"), p), EARTH),
+    Drawing("geojson-rooms", "plan.geojson", lambda f, p: files.write_geojson(files.indoor_features(f, "0"), p), EARTH),
     Drawing(
         "geojson-levels",
         "plan.geojson",
-        lambda f, p: files.write_geojson([*_features(f, "0"), *_features(_other(f), "1")], p),
+        lambda f, p: files.write_geojson(_two_levels(f), p),
         f"{EARTH} --level 0",
     ),
-    Drawing("osm-rooms", "plan.osm", lambda f, p: files.write_osm(_features(f, "0"), p), EARTH),
+    Drawing("osm-rooms", "plan.osm", lambda f, p: files.write_osm(files.indoor_features(f, "0"), p), EARTH),
     Drawing(
         "osm-levels",
         "plan.osm",
-        lambda f, p: files.write_osm([*_features(f, "0"), *_features(_other(f), "1")], p),
+        lambda f, p: files.write_osm(_two_levels(f), p),
         f"{EARTH} --level 0",
     ),
     Drawing("imdf-folder", "imdf", lambda f, p: files.write_imdf([f], p), EARTH),

@@ -25,5 +25,5 @@ def test_a_drawing_is_read_without_a_warning(tmp_path: Path, name: str) -> None:
 
 def test_what_is_odd_about_a_drawing_is_named(tmp_path: Path) -> None:
     (drawing,) = (each for each in DRAWINGS if each.name == "dxf-wrong-unit")
-    (told,) = run(drawing, 701, tmp_path / drawing.name).said
-    assert "use --unit-m 1" in told
+    (warning,) = run(drawing, 701, tmp_path / drawing.name).said
+    assert "use --unit-m 1" in warning

@@ -111,7 +111,7 @@ def register_command(given: RegisterOptions) -> None:
         given.json,
         lambda: _print(found, given, settings.shot_sigma_m, written),
         failed=not found.complete,
-        nothing=not (found.landmarks or found.control_points),
+        nothing=not found.has_points,
     )
 
 
@@ -120,8 +120,8 @@ def _written(found: api.Registration, given: RegisterOptions, floor: api.Floor) 
     from vislam2tag.pipeline.site.register import write_folder, write_into_site
 
     written: list[Path] = []
-    if not found.landmarks and not found.control_points:
-        return []
+    if not found.has_points:
+        return written
     if given.write and not found.has_other_names:
         written += write_into_site(given.site, floor, found, replace=given.replace)
     if given.out is not None:
@@ -147,7 +147,7 @@ def _write_page(page: Path, given: RegisterOptions, site: api.Site, floor: api.F
 
 
 def _print(found: api.Registration, given: RegisterOptions, shot_sigma_m: float, written: Sequence[Path]) -> None:
-    if found.landmarks or found.control_points:
+    if found.has_points:
         _print_points(found)
     if found.residuals or found.tape_residuals:
         _print_residuals(found)
@@ -171,7 +171,7 @@ def _print(found: api.Registration, given: RegisterOptions, shot_sigma_m: float,
 
 def _print_next(found: api.Registration, given: RegisterOptions) -> None:
     after = "register" if given.write else "register, not written"
-    if not found.landmarks and not found.control_points:
+    if not found.has_points:
         after = "register, nothing"
         if given.tape is not None and given.targets is None:
             say("no corner or wall is known: pass their positions with --targets FILE (name,x,y or name,x,y,x2,y2)")

@@ -32,14 +32,15 @@ _UNITS = {
     FOOT_M: "ft foot feet intft ftint internationalfoot internationalfeet",
     1200 / 3937: "ftus usft usfoot usfeet surveyfoot surveyfeet ussurveyfoot ussurveyfeet",
 }
-_LENGTHS_M = {word: metres for metres, words in _UNITS.items() for word in words.split()}
+LENGTHS_M = {word: metres for metres, words in _UNITS.items() for word in words.split()}
+"""Metres a unit of length, by its names in lower case without blanks."""
 _NO_UNIT = re.compile(r"[\s._()\[\]-]")
 _IN_BRACKETS = re.compile(r"([^\[(]*)[\[(]([^\])]*)[\])]\s*")
 
 
 def length_unit(text: str) -> float | None:
     """Metres in a unit of length by its name, as in ``[ft]`` or ``US survey feet``; None for other text."""
-    return _LENGTHS_M.get(_NO_UNIT.sub("", text.lower()))
+    return LENGTHS_M.get(_NO_UNIT.sub("", text.lower()))
 
 
 def without_unit(header: str) -> tuple[str, float | None]:

@@ -16,6 +16,7 @@ import polars as pl
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.limits import MAX_FLOOR_M
+from vislam2tag.intake.cells import LENGTHS_M
 
 MAX_LOCAL_M = 1e6
 """No building reaches this far from the origin of its plan: such a coordinate is an error, or of a national grid."""
@@ -52,7 +53,9 @@ FLOOR = Extent("a floor", 1.0, 3_000.0, MAX_FLOOR_M)
 """A side of a floor or of its plan. A cupboard is 1 m deep, and the largest buildings are 2 km long."""
 POSITIONS = Extent("a floor with several points", 1.0, 3_000.0, MAX_FLOOR_M)
 """What the landmarks of a floor, surveyed points, or the fingerprints of a building span along an axis."""
-UNITS_M = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254, "foot": 0.3048}
+LARGE_PLAN_M = 1_000.0
+"""Few buildings are larger. A larger plan is more likely in other units."""
+UNITS_M = {name: LENGTHS_M[name] for name in ("metre", "centimetre", "millimetre", "inch", "foot")}
 """Metres a unit of drawings, the usual ones."""
 _METRIC = ("metre", "centimetre", "millimetre")
 _DOOR_M = (0.4, 4.0)
@@ -113,12 +116,13 @@ def floor_fit(one: Box, other: Box) -> FloorFit:
     if one[0] > other[1] or other[0] > one[1] or one[2] > other[3] or other[2] > one[3]:
         return FloorFit.APART
     ratios = [(one[end] - one[start]) / (other[end] - other[start]) for start, end in ((0, 1), (2, 3))]
-    if max(abs(one[0] - other[0]), abs(one[2] - other[2])) > SAME_CORNER_M or not any(map(_is_other_size, ratios)):
+    if max(abs(one[0] - other[0]), abs(one[2] - other[2])) > SAME_CORNER_M or not any(map(is_other_size, ratios)):
         return FloorFit.FITS
-    return FloorFit.OTHER_SHAPE if _is_other_size(ratios[0] / ratios[1]) else FloorFit.OTHER_SIZE
+    return FloorFit.OTHER_SHAPE if is_other_size(ratios[0] / ratios[1]) else FloorFit.OTHER_SIZE
 
 
-def _is_other_size(ratio: float) -> bool:
+def is_other_size(ratio: float) -> bool:
+    """Whether two lengths of this ratio are not the same one, however they were rounded."""
     return max(ratio, 1 / ratio) > 1 + SIZE_TOLERANCE
 
 

@@ -123,10 +123,9 @@ def without_filler(rows: pl.DataFrame, sender: str, file: str) -> tuple[pl.DataF
         return rows, []
     counts = rows["rssi_dbm"].drop_nulls().value_counts().sort("count", descending=True)
     (level, cells), *others = counts.rows() or [(math.nan, 0)]
-    weakest = others and level < min(other for other, _ in others)
-    if not weakest or cells < max(_MIN_CELLS, _MORE_FREQUENT * others[0][1]):
+    nearest = min((other for other, _ in others), default=level)
+    if not level < nearest or cells < max(_MIN_CELLS, _MORE_FREQUENT * others[0][1]):
         return rows, []
-    nearest = min(other for other, _ in others)
     filler = Filler(Judgement.FOUND, level, cells / rows.height, nearest)
     kept = rows.filter(pl.col("rssi_dbm").ne_missing(level))
     return kept, [filler_found(file, filler, cells, None)]

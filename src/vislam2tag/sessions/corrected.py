@@ -178,7 +178,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
     camera = session.camera
     inside = (camera.time_ns >= first_ns) & (camera.time_ns < end_ns)
     if not inside.any():
-        return _with_finding(session, _outside(session, entry)) if entry.session else session
+        return replace(session, findings=(*session.findings, _outside(session, entry))) if entry.session else session
     frames = int(inside.sum())
     uses.append(f"{frames} frames from {entry.from_s:g} s to {entry.to_s:g} s are excluded{entry.because()}.")
     status = np.where(inside & camera.usable, np.int8(Status.INVALID), camera.status).astype(np.int8)
@@ -189,10 +189,6 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
         landmarks=session.landmarks.rows_kept(keep),
         excluded_ns=(*session.excluded_ns, (first_ns, end_ns)),
     )
-
-
-def _with_finding(session: Session, finding: Finding) -> Session:
-    return replace(session, findings=(*session.findings, finding))
 
 
 def _outside(session: Session, entry: ExcludeSpan) -> Finding:

@@ -16,7 +16,7 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.whole_output import restore
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray
-from vislam2tag.intake.extents import floor_findings, landmark_findings, span_m
+from vislam2tag.intake.extents import Box, floor_findings, landmark_findings, span_m
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, UNITS_M, Corrections
 from vislam2tag.site.corrections.landmarks import corrected_landmarks
 from vislam2tag.site.floors import (
@@ -262,8 +262,6 @@ def _plan(folder: Path) -> tuple[Path | None, list[Finding]]:
     return plan, []
 
 
-_Extent = tuple[float, float, float, float]
-"""Left, right, lower and upper edge of a plan, metres."""
 BESIDE_M = 5.0
 """Landmarks further beside the plan than this hang on no wall of it."""
 MIN_SPREAD = 0.2
@@ -299,7 +297,7 @@ def landmarks_off_plan(site: Site, corrections: Corrections) -> list[Finding]:
     return found
 
 
-def _off_plan(number: int, off: list[str], position_bcs: FloatArray, extent_m: _Extent) -> Finding:
+def _off_plan(number: int, off: list[str], position_bcs: FloatArray, extent_m: Box) -> Finding:
     """Report landmarks of a floor, whose landmarks are at positions (k, 2), outside its plan, and the likely cause."""
     unit = next((unit for unit, metres in UNITS_M.items() if _on_plan(position_bcs * metres, extent_m)), None)
     left, right, low, high = extent_m
@@ -324,7 +322,7 @@ def _off_plan(number: int, off: list[str], position_bcs: FloatArray, extent_m: _
     return Finding(kind="landmarks_off_plan", file="", count=len(off), message=message)
 
 
-def _on_plan(position_bcs: FloatArray, extent_m: _Extent) -> bool:
+def _on_plan(position_bcs: FloatArray, extent_m: Box) -> bool:
     """Whether all positions (k, 2) are on a plan, and are spread over it."""
     left, right, low, high = extent_m
     least, greatest = np.array((left, low)) - BESIDE_M, np.array((right, high)) + BESIDE_M

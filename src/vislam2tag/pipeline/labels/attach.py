@@ -92,8 +92,8 @@ def attach(
 
     how, clock, refused = first_clear(possible_alignments(session, recording, by), matched)
     if clock is None:
-        told = None if session.recording is None else session.recording.unix_ahead_ns
-        ours = unix_span(session.camera.time_ns[session.camera.usable], told)
+        ahead_ns = None if session.recording is None else session.recording.unix_ahead_ns
+        ours = unix_span(session.camera.time_ns[session.camera.usable], ahead_ns)
         elsewhere = other_day(str(other), recording.unix_span, "the walk", ours)
         raise UsageError(elsewhere or _nothing_tells(other, refused, by, recording.findings))
     inside = _inside(session, recording, clock)

@@ -7,11 +7,9 @@ import shlex
 from pathlib import Path
 
 from vislam2tag.common.files.given_files import AnyPath
-from vislam2tag.intake.extents import FloorFit, floor_fit
+from vislam2tag.intake.extents import Box, FloorFit, floor_fit
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.model import Floor
-
-Box = tuple[float, float, float, float]
 
 
 def floor_fit_notes(root: AnyPath, number: int) -> list[str]:

@@ -179,10 +179,11 @@ def settled_source(
     if not look.is_picture:
         return source, []
     notes: list[str] = []
-    if source.area is None and not whole and look.building is not None:
-        source, notes = _without_margins(source, look, look.building)
-    if source.area is None and not whole and source.extent is not None and look.drawn is not None:
-        notes = [_size_of_picture(look.box, look.drawn)]
+    if source.area is None and not whole:
+        if look.building is not None:
+            source, notes = _without_margins(source, look, look.building)
+        elif look.drawn is not None and source.extent is not None:
+            notes = [_size_of_picture(look.box, look.drawn)]
     if source.extent is not None and not stretch:
         _refuse_other_shape(path, source, look)
     return source, notes

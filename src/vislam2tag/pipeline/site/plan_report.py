@@ -8,6 +8,7 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.intake.extents import LARGE_PLAN_M, is_other_size
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import survey_output
@@ -19,9 +20,6 @@ from vislam2tag.site.walkable.space import walkable_space
 from vislam2tag.site.walkable.taken import plan_checks, taken_picture
 
 PICTURE = "plan_as_read.png"
-_SIZE_TOLERANCE = 0.03
-_LARGEST_M = 1000.0
-"""Few buildings are larger. A larger plan is more likely in other units."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     warnings = [*look.notes, *floor_fit_notes(root, floor.number)]
     warnings += _other_size(look, floor.source, plan.extent_m)
     left, right, low, high = plan.extent_m
-    if max(right - left, high - low) > _LARGEST_M:
+    if max(right - left, high - low) > LARGE_PLAN_M:
         warnings.append(f"the plan is {right - left:,.0f} m wide and {high - low:,.0f} m high: check its unit")
     try:
         space = walkable_space(plan)
@@ -73,7 +71,7 @@ def _other_size(look: PlanLook, source: PlanSource, extent_m: Bounds) -> list[st
         return []
     sides, box = (extent_m[1] - extent_m[0], extent_m[3] - extent_m[2]), look.box_of(source.area)
     stated = ((box[1] - box[0]) * look.unit_m, (box[3] - box[2]) * look.unit_m)
-    if max(sides) <= max(stated) * (1 + _SIZE_TOLERANCE) and max(stated) <= max(sides) * (1 + _SIZE_TOLERANCE):
+    if not is_other_size(max(sides) / max(stated)):
         return []
     return [
         f"the plan is {sides[0]:.2f} m x {sides[1]:.2f} m as given, but {stated[0]:.2f} m x {stated[1]:.2f} m by its "

@@ -133,6 +133,11 @@ class Registration(Record):
         return any(finding.kind in OTHER_NAMES for finding in self.findings)
 
     @property
+    def has_points(self) -> bool:
+        """Whether any landmark or control point has a position."""
+        return bool(self.landmarks or self.control_points)
+
+    @property
     def complete(self) -> bool:
         """Whether nothing was left out, every landmark has a position, and all ids seem to be right."""
         interchanged = any(finding.kind == INTERCHANGED for finding in self.findings)

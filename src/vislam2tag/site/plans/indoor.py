@@ -13,6 +13,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.intake.cells import LENGTHS_M
 from vislam2tag.site.plans.drawing import Bounds, extent_sides_m
 from vislam2tag.site.plans.features import Rings
 from vislam2tag.site.plans.source import PlanSource
@@ -22,7 +23,6 @@ DOOR_M = 1.0
 _WIDEST_M = 12.0
 """A door's width beyond it is of another unit."""
 _WIDTH = re.compile(r"(\d+(?:[.,]\d+)?)\s*(m|cm|mm)?")
-_UNITS_M = {None: 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 _SNAP_M = 0.5
 """A door's point is at most so far from its wall, metres."""
 REACH_M = 0.4
@@ -52,7 +52,7 @@ def metres_per_unit(source: PlanSource, epsg: int | None, bounds: Bounds) -> Flo
 def door_width_m(tag: object) -> float:
     """Width of a door by its tag, such as ``0.9`` or ``90 cm``; :data:`DOOR_M` where that is none."""
     found = _WIDTH.fullmatch(str(tag).strip())
-    width_m = float(found[1].replace(",", ".")) * _UNITS_M[found[2]] if found else 0.0
+    width_m = float(found[1].replace(",", ".")) * LENGTHS_M[found[2] or "m"] if found else 0.0
     return width_m if 0 < width_m <= _WIDEST_M else DOOR_M
 
 

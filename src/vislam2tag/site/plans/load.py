@@ -32,14 +32,13 @@ from vislam2tag.site.plans.images import (
     turned_bounds,
     upright,
 )
+from vislam2tag.site.plans.indoor import REACH_M
 from vislam2tag.site.plans.reader_process import read_guarded
 from vislam2tag.site.plans.source import Extent, FloorPlan, PlanPolygon, PlanSource, Point, ScalePoint, Use
 from vislam2tag.site.plans.taken_parts import TakenPart
 
 _TRIED_PX = 64
 """Size at which a picture is drawn only to see that it can be."""
-_PASSAGE_M = 0.4
-"""Half the depth of a passage that a plan gives as a line, metres: more than a wall is thick."""
 
 
 def floor_plan(floor: Floor, side_px: int = GREATEST_PX) -> FloorPlan:
@@ -284,5 +283,5 @@ def _published(floor: Floor, path: Path) -> PlanSource:
 
 def _opening(line: FloatArray) -> PlanPolygon:
     """The polygon about a passage (k, 2), BCS metres."""
-    area = LineString(line).buffer(_PASSAGE_M, cap_style="flat", join_style="mitre")
+    area = LineString(line).buffer(REACH_M, cap_style="flat", join_style="mitre")
     return PlanPolygon(np.asarray(area.exterior.coords)[:-1], (), Use.OPENING)
