@@ -44,6 +44,11 @@ def test_an_outer_wall_around_small_rooms_is_not_a_frame() -> None:
     assert (walls_of(walls) == walls).all()
 
 
+def test_an_outer_wall_around_a_ring_of_corridors_is_not_a_frame() -> None:
+    walls = sheet((5, 5, 394, 294), (30, 30, 369, 269))
+    assert (walls_of(walls) == walls).all()
+
+
 def test_columns_within_the_building_stay() -> None:
     walls = sheet(BUILDING, (150, 90, 156, 96))
     assert (walls_of(walls) == walls).all()

@@ -198,12 +198,12 @@ def _without_frames(ink: npt.NDArray[np.bool_], *, sure: bool) -> tuple[npt.NDAr
             continue
         without = kept & (labels != index)
         within = _largest(without)
-        if within is not None and (sure or _has_title_block(labels == index, box, within)):
+        if within is not None and (sure or has_title_block(labels == index, box, within)):
             kept, framed = without, True
     return kept, framed
 
 
-def _has_title_block(frame: npt.NDArray[np.bool_], box: tuple[slice, ...], within: tuple[int, int, int, int]) -> bool:
+def has_title_block(frame: npt.NDArray[np.bool_], box: tuple[slice, ...], within: tuple[int, int, int, int]) -> bool:
     """Whether a title block hangs on a frame around what is ``within``; rooms hang on all sides of an outer wall."""
     x0, x1, top, bottom = within
     rows, columns = box

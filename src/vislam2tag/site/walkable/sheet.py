@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from vislam2tag.core.arrays import BoolArray, IntArray
-from vislam2tag.site.plans.images import is_frame
+from vislam2tag.site.plans.images import has_title_block, is_frame
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.painted_cells import inside_of, parts_of, regions
 
@@ -25,8 +25,15 @@ def building_walls(walls: BoolArray, cell_m: float, settings: WalkableSettings) 
         box = slice(top, top + height), slice(left, left + width)
         if part and is_frame(labels[box] == part, box, walls.shape):
             within = _without_legends(walls & (labels != part), cell_m)
-            walls = within if _is_building(within, cell_m, settings) else walls
+            if _is_building(within, cell_m, settings) and has_title_block(labels == part, box, _box(within)):
+                walls = within
     return _without_legends(walls, cell_m)
+
+
+def _box(walls: BoolArray) -> tuple[int, int, int, int]:
+    """Left, right, upper and lower edge of walls (rows, columns)."""
+    row, column = np.nonzero(walls)
+    return int(column.min()), int(column.max()) + 1, int(row.min()), int(row.max()) + 1
 
 
 def _is_building(walls: BoolArray, cell_m: float, settings: WalkableSettings) -> bool:
