@@ -22,7 +22,7 @@ def drawn(lines: FloatArray, texts: tuple[PlanText, ...] = ROOMS) -> FloorPlan:
 
 
 def checks(plan: FloorPlan) -> PlanChecks:
-    return plan_checks(plan, walkable_space(plan))
+    return plan_checks(plan, walkable_space(plan), ("layers", "doors", "ignore"))
 
 
 def test_a_good_plan_has_nothing_to_check() -> None:

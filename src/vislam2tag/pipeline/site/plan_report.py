@@ -12,12 +12,12 @@ from vislam2tag.intake.extents import LARGE_PLAN_M, is_other_size
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import survey_output
-from vislam2tag.site.plans.drawing import Bounds
+from vislam2tag.site.plans.drawing import Bounds, format_of
 from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
 from vislam2tag.site.plans.source import SCALES, PlanSource
 from vislam2tag.site.plans.taken_parts import TakenPart
 from vislam2tag.site.walkable.space import walkable_space
-from vislam2tag.site.walkable.taken import plan_checks, taken_picture
+from vislam2tag.site.walkable.taken import picture_parts, plan_checks, taken_picture
 
 PICTURE = "plan_as_read.png"
 
@@ -48,7 +48,7 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     if floor.plan is None or floor.source is None:
         raise SurveyError(f"{root}: floor {floor.number} has no plan; add one with vislam2tag site init --plan")
     with plan_called(floor.plan):
-        look = look_at_plan(floor.plan, floor.source)
+        look, options = look_at_plan(floor.plan, floor.source), format_of(floor.plan).options
     plan = floor_plan(floor)
     warnings = [*look.notes, *floor_fit_notes(root, floor.number)]
     warnings += _other_size(look, floor.source, plan.extent_m)
@@ -62,7 +62,9 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
     picture = root / f"floor_{floor.number}" / PICTURE
     with survey_output(picture), Folder.at(root).writing(picture.relative_to(root).as_posix()) as file:
         taken_picture(plan, space).save(file, "PNG")
-    return PlanReport(floor.number, look.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
+    parts, notes = picture_parts(plan, space)
+    warnings += [*notes, *plan_checks(plan, space, options).sentences]
+    return PlanReport(floor.number, (*look.taken, *parts), tuple(warnings), picture)
 
 
 def _other_size(look: PlanLook, source: PlanSource, extent_m: Bounds) -> list[str]:

@@ -252,6 +252,8 @@ def plan_suffixes() -> tuple[str, ...]:
 
 
 _WGS84 = 4326
+_BEYOND = 1.0
+"""Pixels, or units of a page, by which an area may reach beyond a picture: it was rounded."""
 NO_SCALE = (
     "has no scale: specify extent = { width_m = ..., height_m = ... }, two points, a distance, a scale or unit_m in "
     "its [floors.plan] of site.toml"
@@ -274,6 +276,7 @@ def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference 
     if source.area is not None:
         corners = _as_given(drawing, [source.area[:2], source.area[2:]])
         (left, low), (right, high) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        _refuse_beyond(drawing, (left, right, low, high))
         drawing = cropped(drawing, (left, right, low, high))
     if epsg is None:
         return drawing, _scaled(drawing, source, points, drawing.unit_m)
@@ -286,6 +289,19 @@ def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference 
 
     projected = mapped(drawing, plane)
     return projected, _scaled(projected, source, plane(points), None if georeference is None else 1.0)
+
+
+def _refuse_beyond(drawing: PlanDrawing, area: Bounds) -> None:
+    """Raise OSError, whose text completes a sentence about the file, for an area beyond the edges of a picture: its
+    scale would be that of another area.
+    """
+    left, right, low, high = drawing.bounds
+    beyond = max(left - area[0], area[1] - right, low - area[2], area[3] - high)
+    if drawing.picture is not None and beyond > _BEYOND:
+        raise OSError(
+            f"shows only {left:g},{low:g},{right:g},{high:g}, but area reaches up to {beyond:g} beyond its edges; "
+            "correct area"
+        )
 
 
 def _scaled(plane: PlanDrawing, source: PlanSource, points: FloatArray, unit_m: float | None) -> Affine2:

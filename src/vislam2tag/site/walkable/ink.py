@@ -13,6 +13,7 @@ from vislam2tag.core.arrays import BoolArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid, continuing_walls
 from vislam2tag.site.plans.source import FloorPlan
 from vislam2tag.site.settings import WalkableSettings
+from vislam2tag.site.walkable.coloured import ColouredLines, coloured_lines
 from vislam2tag.site.walkable.door_swings import without_swings
 from vislam2tag.site.walkable.hatching import hatching
 from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regions
@@ -258,7 +259,7 @@ def lettering(image: Bytes, ink: Bytes, walls: BoolArray, symbol_px: float) -> B
     if (alike & others).sum() > _OTHERS * others.sum() or not _differ(colour, image[unlike], ink[unlike]):
         return np.zeros_like(walls)
     text = walls & _widened(alike) & ~seams
-    return text & ~_going_on_below(walls & ~text)
+    return text & ~_going_on_below(walls & ~text, _STROKE_PX)
 
 
 def _widened(mask: BoolArray) -> BoolArray:
@@ -295,13 +296,13 @@ def _differ(text: Bytes, walls: Bytes, ink: Bytes) -> bool:
     return len(core) > 0 and bool((np.abs(np.median(core, axis=0) - text) > _UNLIKE).any())
 
 
-def _going_on_below(walls: BoolArray) -> BoolArray:
-    """The walls (rows, columns) with their gaps closed, along lines of many directions."""
+def _going_on_below(walls: BoolArray, reach_px: int) -> BoolArray:
+    """The walls (rows, columns) with their gaps of up to twice ``reach_px`` closed, along lines of many directions."""
     closed = walls.astype(np.uint8)
-    centre = np.array((_STROKE_PX, _STROKE_PX))
+    centre = np.array((reach_px, reach_px))
     for angle in np.arange(_DIRECTIONS) * np.pi / _DIRECTIONS:
-        reach = np.round(_STROKE_PX * np.array((np.cos(angle), np.sin(angle)))).astype(int)
-        line = np.zeros((2 * _STROKE_PX + 1,) * 2, dtype=np.uint8)
+        reach = np.round(reach_px * np.array((np.cos(angle), np.sin(angle)))).astype(int)
+        line = np.zeros((2 * reach_px + 1,) * 2, dtype=np.uint8)
         cv2.line(line, (centre - reach).tolist(), (centre + reach).tolist(), 1)
         closed |= np.asarray(cv2.morphologyEx(walls.astype(np.uint8), cv2.MORPH_CLOSE, line))
     return closed > 0
@@ -341,8 +342,43 @@ def without_hatching(ink: Bytes, drawn: BoolArray, pixel_m: float) -> Bytes:
         return ink
     bold = round(usual_thickness(strokes, _THICKEST_M / pixel_m)) + 2
     thick = cv2.morphologyEx(drawn.astype(np.uint8), cv2.MORPH_OPEN, np.ones((bold, bold), dtype=np.uint8)) > 0
-    walls = _going_on_below(drawn & ~strokes) | thick
+    walls = _going_on_below(drawn & ~strokes, _STROKE_PX) | thick
     return np.where(_widened(strokes) & ~walls, 0, ink).astype(np.uint8)
+
+
+def without_coloured_lines(ink: Bytes, lines: BoolArray) -> Bytes:
+    """Leave coloured lines (rows, columns) out of ink; walls that they cross stay."""
+    if not lines.any():
+        return ink
+    seams = _widened(lines) & (ink < np.median(ink[lines]))
+    others = (ink > FAINTEST) & ~lines & ~seams
+    reach = int(np.ceil(usual_thickness(lines, _LINE_PX * _STROKE_PX) / 2)) + 1
+    left = np.where(lines | seams, 0, ink).astype(np.uint8)
+    left[lines & _going_on_below(others, reach)] = np.median(ink[others])
+    return left
+
+
+def colours_of(image: Bytes, ink: Bytes, pixel_m: float) -> ColouredLines:
+    """Find lines of other colours than the walls in an image's ink (rows, columns), pixels of ``pixel_m``."""
+    return coloured_lines(image, _paper_colour(image), ink > FAINTEST, SYMBOL_M / pixel_m)
+
+
+def wall_colours(plan: FloorPlan) -> tuple[ColouredLines, bool]:
+    """Lines of other colours than the walls on a plan's image, and whether they join the walls."""
+    pixel_m = max(plan.pixel_m)
+    ink = without_areas(plan.image, ink_on_paper(plan.image), _AREA_M / pixel_m)
+    lines = colours_of(plan.image, ink, pixel_m)
+    return lines, lines.join(ink > FAINTEST, SYMBOL_M / pixel_m)
+
+
+def thickness_drawn_px(plan: FloorPlan) -> float:
+    """Mean thickness of long lines on a plan's image, pixels: seams count by how dark they are."""
+    ink, pixel_m = ink_on_paper(plan.image), max(plan.pixel_m)
+    walls = walls_in(ink, None, WalkableSettings().passage_m / pixel_m)
+    labels, _, sides = parts_of(walls)
+    long = walls & (sides >= SYMBOL_M / pixel_m)[labels]
+    darkest = np.percentile(ink[walls], 99)
+    return float(ink[_widened(long)].sum() / darkest / max(skeletonize(long).sum(), 1))
 
 
 def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) -> BoolArray:
@@ -351,6 +387,7 @@ def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) 
     ink, pixels = ink_on_paper(image), shape[0] * shape[1]
     if settings.wall_contrast is None:
         ink = without_areas(image, ink, _AREA_M / max(plan.pixel_m))
+        ink = without_coloured_lines(ink, colours_of(image, ink, max(plan.pixel_m)).left_out)
     large = ink.size > pixels
     if ink.size > _MORE * pixels:
         ink = reduced(ink, shape)

@@ -14,9 +14,10 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import ROWS_NAMED, Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid
+from vislam2tag.intake.extents import SIZE_TOLERANCE
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.images import load_plan
-from vislam2tag.site.plans.source import PlanText
+from vislam2tag.site.plans.source import FloorPlan, PlanText
 from vislam2tag.site.settings import WalkableSettings
 
 Bytes = npt.NDArray[np.uint8]
@@ -28,6 +29,11 @@ REGION_M2 = 4.0
 _VIVID = 60
 """Green and red exceed both other colours by more than this, of 255; greyish and brownish colours say nothing."""
 _MASK_PIXELS = 8192
+_COMPARED_PX, _NEAR_PX = 500, 5
+"""Drawings are compared in a square of so many pixels, and lines may be apart by half of so many."""
+_SHOWN, _SAME = 0.01, 0.4
+"""A correction with dark lines on more than this share shows a drawing: the plan's, if it has this share of its lines.
+Text may be missing."""
 
 
 def read_mask(path: Path) -> Bytes:
@@ -53,6 +59,41 @@ def floor_mask(floor: Floor, given: Path | None = None) -> Bytes | None:
     """
     path = given or floor.mask
     return None if path is None else read_mask(path)
+
+
+def refuse_other_plan(mask: Bytes, plan: FloorPlan) -> None:
+    """Raise SurveyError if a correction (rows, columns, 3 or 4) has another shape than a plan, or shows another one."""
+    (rows, columns), (left, right, low, high) = mask.shape[:2], plan.extent_m
+    shape = columns / rows * (high - low) / (right - left)
+    cure = "paint on the mask of this plan that vislam2tag site walkable writes"
+    if max(shape, 1 / shape) > 1 + max(SIZE_TOLERANCE, 2 / min(rows, columns)):
+        raise SurveyError(
+            f"the mask has another shape ({columns} x {rows} pixels) than the plan ({plan.image.shape[1]} x "
+            f"{plan.image.shape[0]} pixels, {right - left:.1f} m x {high - low:.1f} m), so it belongs to another "
+            f"plan: {cure}"
+        )
+    open_ = ~np.logical_or(*_painted(mask))
+    shown = _small(_dark(mask) & open_)
+    lines = _small(_dark(plan.image)) & _small(open_)
+    if shown.mean() < _SHOWN or not lines.any():
+        return
+    near = np.asarray(cv2.dilate(shown.astype(np.uint8), np.ones((_NEAR_PX, _NEAR_PX), dtype=np.uint8))) > 0
+    if (share := float(near[lines].mean())) < _SAME:
+        raise SurveyError(
+            f"the mask shows another drawing than the plan, because it has only {share:.0%} of the plan's lines: {cure}"
+        )
+
+
+def _dark(image: Bytes) -> BoolArray:
+    """Pixels (rows, columns) of an image that differ from most others in lightness."""
+    light = image[..., :3].mean(axis=2)
+    return np.asarray(np.abs(light - np.median(light)) > _VIVID)
+
+
+def _small(mask: BoolArray) -> BoolArray:
+    """A mask as few pixels, each set where anything in it is."""
+    size = (_COMPARED_PX, _COMPARED_PX)
+    return np.asarray(cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA) > 0)
 
 
 def corrected_cells(mask: Bytes | None, grid: CellGrid) -> tuple[BoolArray, BoolArray]:

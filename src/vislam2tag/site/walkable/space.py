@@ -123,7 +123,7 @@ def walkable_space(
 
     ``mask`` (rows, columns, 3 or 4) uint8 is a drawn correction that covers the plan's extent, at any size, row 0 at
     the top: green can be walked, red cannot, any other colour says nothing. Raises SurveyError where nothing can be
-    walked.
+    walked, or the mask belongs to another plan.
     """
     settings = settings or WalkableSettings()
     from vislam2tag.site.plans.room_labels import room_labels
@@ -150,10 +150,12 @@ def free_cells(
     """
     # of an extra: generated buildings, which have no plan, do without
     from vislam2tag.site.walkable.drawn_cells import plan_grid, polygon_area
-    from vislam2tag.site.walkable.painted_cells import corrected_cells, inside_of
+    from vislam2tag.site.walkable.painted_cells import corrected_cells, inside_of, refuse_other_plan
 
     grid = plan_grid(plan, settings)
     findings: tuple[Finding, ...] = ()
+    if mask is not None:
+        refuse_other_plan(mask, plan)
     green, red = corrected_cells(mask, grid)
     drawn = polygon_area(plan, settings)
     if drawn is not None:

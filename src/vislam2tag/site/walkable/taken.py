@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -12,9 +13,10 @@ from vislam2tag.common.findings import ROWS_NAMED, counted
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.site.plans.room_labels import room_labels
 from vislam2tag.site.plans.source import FloorPlan, Use
+from vislam2tag.site.plans.taken_parts import TakenPart
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.painted_cells import clearance_cells, clearance_px, closed_off_cells, regions
-from vislam2tag.site.walkable.space import WalkableSpace
+from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
 
 LEAST_SHARE = 0.3
 """Where less of a building is walkable, something was taken for walls."""
@@ -26,6 +28,12 @@ _DOORS_M = (1.0, 1.5, 2.0)
 """Rooms are counted with passages of these widths closed, metres; the largest number counts."""
 _ROOM_M2 = 0.25
 """What remains of a room where it is wider than a door, at least, square metres."""
+
+
+_COARSE_M, _THIN_PX = 0.07, 1.3
+"""Walls that are thinner, in larger pixels, get lost when a picture is made smaller."""
+_FINE_M = 0.04
+"""Pixels in which thin walls are two or three pixels wide, metres."""
 
 
 @dataclass(frozen=True)
@@ -42,18 +50,16 @@ class PlanChecks:
     """What is wrong, its cause and its cure; empty for a plausible plan."""
 
 
-def plan_checks(plan: FloorPlan, space: WalkableSpace) -> PlanChecks:
-    """Check the walkable space that was found on a plan."""
+def plan_checks(plan: FloorPlan, space: WalkableSpace, options: Collection[str]) -> PlanChecks:
+    """Check the walkable space that was found on a plan; ``options``: those of its format, which cures may name."""
     building, closed_off = _building(space), _closed_off(space)
     share, closed = (float(cells.sum() / max(building.sum(), 1)) for cells in (space.area.mask, closed_off))
     rooms = _rooms(space)
     labels = [one for one in room_labels(plan.texts) if _at(building, space, one.place_m)]
-    drawn = bool(len(plan.walls) or plan.polygons)
     sentences = []
     if share < LEAST_SHARE and closed < share:
-        cure = (
-            "choose the walls' layers with --walls or leave others out with --ignore" if drawn else "use a simpler plan"
-        )
+        cures = {"layers": "choose the walls' layers with --walls", "ignore": "leave others out with --ignore"}
+        cure = " or ".join(cure for name, cure in cures.items() if name in options) or "use a simpler plan"
         sentences.append(
             f"only {share:.0%} of the building is walkable, because other lines count as walls: {cure}, or paint the "
             "floor green in a mask"
@@ -63,18 +69,54 @@ def plan_checks(plan: FloorPlan, space: WalkableSpace) -> PlanChecks:
         named = f", such as {', '.join(shut[:ROWS_NAMED])}" if shut else ""
         sentences.append(
             f"{share:.0%} of the building is walkable and {closed:.0%} is closed off{named}: doors may be drawn as "
-            f"walls; {_open_doors(drawn)}"
+            f"walls; {_open_doors(options)}"
         )
     if rooms < len(labels):
-        cure = "check layers with --walls" if drawn else "use a plan with darker walls"
+        drawn = len(plan.walls) or plan.polygons
+        cure = (
+            "check layers with --walls" if "layers" in options
+            else "use a plan with all walls" if drawn else "use a plan with darker walls"
+        )  # fmt: skip
         sentences.append(
             f"the plan has {len(labels)} room labels, but only {counted(rooms, 'room')}: walls may be missing; {cure}"
         )
     return PlanChecks(share, rooms, len(labels), tuple(sentences))
 
 
-def _open_doors(drawn: bool) -> str:
-    return f"{'name their layers with --doors, or ' if drawn else ''}paint them green in a mask"
+def picture_parts(plan: FloorPlan, space: WalkableSpace) -> tuple[tuple[TakenPart, ...], tuple[str, ...]]:
+    """Which colours of a plan's picture were left out of the walls, and what to check about it, sentences; neither if
+    the plan has geometry.
+    """
+    if len(plan.walls) or plan.polygons:
+        return (), ()
+    from vislam2tag.site.walkable.ink import thickness_drawn_px, wall_colours  # takes seconds to load
+
+    lines, joined = wall_colours(plan)
+    notes, pixel_m = lines.notes, max(plan.pixel_m)
+    if pixel_m > _COARSE_M and thickness_drawn_px(plan) < _THIN_PX:
+        side_px = int(np.ceil(max(plan.image.shape[:2]) * pixel_m / _FINE_M))
+        notes += (
+            f"walls are about 1 pixel wide at {pixel_m:.2f} m a pixel, so some may be missing: give a picture whose "
+            f"longer side has at least {side_px:,} pixels",
+        )
+    if not joined or _closes(plan, space, lines.left_out):
+        return lines.taken, notes
+    note = (
+        "coloured lines that were left out join the walls and close off no room: if they are walls, use a plan in "
+        "black and white"
+    )
+    return lines.taken, (*notes, note)
+
+
+def _closes(plan: FloorPlan, space: WalkableSpace, lines: BoolArray) -> bool:
+    """Whether lines (rows, columns) on a plan's picture would close off a part of a space if they were walls."""
+    image = np.where(lines[..., None], np.uint8(0 if plan.image.mean() > 127 else 255), plan.image)
+    walled = walkable_space(replace(plan, image=image)).area.mask
+    return bool(walled.sum() < (1 - MOST_CLOSED) * space.area.mask.sum())
+
+
+def _open_doors(options: Collection[str]) -> str:
+    return f"{'name their layers with --doors, or ' if 'doors' in options else ''}paint them green in a mask"
 
 
 def _free(space: WalkableSpace) -> BoolArray:
