@@ -17,8 +17,8 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.site.plans.drawing import plan_suffixes
 from vislam2tag.site.plans.images import load_plan
-from vislam2tag.site.plans.load import floor_plan, plan_file
-from vislam2tag.site.plans.source import PlanSource
+from vislam2tag.site.plans.load import floor_plan, plan_extent, plan_file
+from vislam2tag.site.plans.source import Extent, PlanSource
 
 SQUARE = [[0.0, 0.0], [30.0, 0.0], [30.0, 20.0], [0.0, 20.0], [0.0, 0.0]]
 
@@ -171,3 +171,12 @@ def test_damaged_images_raise_nothing_else(tmp_path: Path, kind: str) -> None:
         except OSError as error:
             outcomes.add(str(error))
     assert "cannot be read as an image" in outcomes
+
+
+def test_an_area_beyond_a_picture_is_refused(tmp_path: Path) -> None:
+    Image.new("RGB", (200, 100), "white").save(tmp_path / "plan.png")
+    source = PlanSource(file="plan.png", area=(10, 20, 200.4, 100), extent=Extent(width_m=20))
+    assert plan_extent(tmp_path / "plan.png", source, None)[1] == pytest.approx(20)
+    beyond = source.model_copy(update={"area": (10, 20, 240, 100)})
+    with pytest.raises(OSError, match="shows only 0,0,200,100, but area reaches up to 40 beyond its edges"):
+        plan_extent(tmp_path / "plan.png", beyond, None)

@@ -15,6 +15,7 @@ from PIL import Image
 
 from tests.estimation.dead_reckoning.ilc20 import make_site
 from tests.preparation.planning.floors import write_ring_site
+from tests.site.walkable.hand_made import plan
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.core.cell_grid import CellGrid
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -32,6 +33,7 @@ from vislam2tag.site.walkable.painted_cells import (
     inside_of,
     largest_region,
     read_mask,
+    refuse_other_plan,
     regions,
 )
 
@@ -260,3 +262,17 @@ def test_what_is_between_faces_is_wall_and_holds(apart_m: float, angle: float, a
     wall = shapely.intersection(shapely.Polygon([*ends, *other[::-1]]), shapely.box(0, 0, 10, 10))
     assert cells.sum() * FINE.cell_m**2 == pytest.approx(wall.area, abs=0.6)
     assert regions(~cells).max() == 2
+
+
+def test_a_mask_of_another_plan_is_refused() -> None:
+    painted = np.array(plan().image)
+    painted[100:120, 100:120] = GREEN
+    refuse_other_plan(painted, plan())
+    refuse_other_plan(np.full_like(painted, GREEN), plan())
+    with pytest.raises(SurveyError, match=r"another shape \(200 x 520 pixels\) than the plan \(520 x 440 pixels, 26"):
+        refuse_other_plan(np.zeros((520, 200, 3), dtype=np.uint8), plan())
+    other = np.full_like(painted, 255)
+    other[40:420:30] = 0
+    other[100:120, 100:120] = GREEN
+    with pytest.raises(SurveyError, match="another drawing than the plan"):
+        refuse_other_plan(other, plan())

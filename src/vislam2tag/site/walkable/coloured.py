@@ -11,7 +11,7 @@ from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.site.plans.taken_parts import Became, TakenPart
-from vislam2tag.site.walkable.painted_cells import parts_of
+from vislam2tag.site.walkable.painted_cells import parts_of, widened
 
 _Bytes = npt.NDArray[np.uint8]
 
@@ -53,7 +53,7 @@ class ColouredLines:
     def join(self, ink: BoolArray, symbol_px: float) -> bool:
         """Whether most of those left out are longer than a symbol and touch other ``ink``, as walls do."""
         labels, boxes, sides = parts_of(self.left_out)
-        touching = self.left_out & _widened(ink & ~self.left_out)
+        touching = self.left_out & widened(ink & ~self.left_out)
         joined = (np.bincount(labels[touching], minlength=len(boxes)) > 0) & (sides >= symbol_px)
         area = boxes[1:, cv2.CC_STAT_AREA]
         return bool(area[joined[1:]].sum() > _JOINED * area.sum())
@@ -113,7 +113,7 @@ def _main_hue(hue: FloatArray) -> float:
 def _without_seams(vivid: BoolArray, ink: BoolArray) -> BoolArray:
     """Leave out of vivid ink (rows, columns) parts that mostly are beside other ink."""
     labels, boxes, _ = parts_of(vivid)
-    count = np.bincount(labels[vivid & _widened(ink & ~vivid)], minlength=len(boxes))
+    count = np.bincount(labels[vivid & widened(ink & ~vivid)], minlength=len(boxes))
     seam = count >= _SEAM * boxes[:, cv2.CC_STAT_AREA]
     kept: BoolArray = vivid & ~seam[labels]
     return kept
@@ -127,8 +127,3 @@ def _length(ink: BoolArray, symbol_px: float) -> float:
     long = sides >= symbol_px / step
     long[0] = False
     return float(skeletonize(small & long[labels]).sum())
-
-
-def _widened(mask: BoolArray) -> BoolArray:
-    """The mask (rows, columns) and all pixels beside it."""
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)) > 0)

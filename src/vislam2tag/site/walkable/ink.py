@@ -16,7 +16,7 @@ from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.coloured import ColouredLines, coloured_lines
 from vislam2tag.site.walkable.door_swings import without_swings
 from vislam2tag.site.walkable.hatching import hatching
-from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regions
+from vislam2tag.site.walkable.painted_cells import clearance_px, parts_of, regions, widened
 
 Bytes = npt.NDArray[np.uint8]
 
@@ -66,7 +66,7 @@ def without_areas(image: Bytes, ink: Bytes, area_px: float) -> Bytes:
         if cv2.morphologyEx(alike, cv2.MORPH_OPEN, wide).sum() >= _IN_AREAS * max(int(alike.sum()), 1):
             own = _alike(image, colour)
             # Seams are between the colour and the paper; walls are darker.
-            left[_widened(own) & (ink <= ink[own].max(initial=0))] = 0
+            left[widened(own) & (ink <= ink[own].max(initial=0))] = 0
     return left
 
 
@@ -132,7 +132,7 @@ def _otsu(values: Bytes) -> float:
 
 def _own(fainter: BoolArray, stronger: BoolArray) -> BoolArray:
     """Fainter ink (rows, columns) without the seams of stronger ink; none where that is little."""
-    own = fainter & ~_widened(stronger)
+    own = fainter & ~widened(stronger)
     return own if own.sum() >= _OWN_SHARE * stronger.sum() else np.zeros_like(own)
 
 
@@ -252,19 +252,14 @@ def lettering(image: Bytes, ink: Bytes, walls: BoolArray, symbol_px: float) -> B
         return np.zeros_like(walls)
     alike = (np.abs(image.astype(np.int16) - colour) <= _ALIKE).all(axis=2)
     # Darker lines have seams of any grey, the text's as well.
-    seams = _widened(ink > ink[alike & walls].max(initial=0))
+    seams = widened(ink > ink[alike & walls].max(initial=0))
     alike &= walls & ~seams
     others = walls & (letters == 0)
     unlike = others & ~alike
     if (alike & others).sum() > _OTHERS * others.sum() or not _differ(colour, image[unlike], ink[unlike]):
         return np.zeros_like(walls)
-    text = walls & _widened(alike) & ~seams
+    text = walls & widened(alike) & ~seams
     return text & ~_going_on_below(walls & ~text, _STROKE_PX)
-
-
-def _widened(mask: BoolArray) -> BoolArray:
-    """The mask (rows, columns) and all pixels beside it."""
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)) > 0)
 
 
 def _letters(walls: BoolArray, largest_px: float) -> Bytes:
@@ -343,14 +338,14 @@ def without_hatching(ink: Bytes, drawn: BoolArray, pixel_m: float) -> Bytes:
     bold = round(usual_thickness(strokes, _THICKEST_M / pixel_m)) + 2
     thick = cv2.morphologyEx(drawn.astype(np.uint8), cv2.MORPH_OPEN, np.ones((bold, bold), dtype=np.uint8)) > 0
     walls = _going_on_below(drawn & ~strokes, _STROKE_PX) | thick
-    return np.where(_widened(strokes) & ~walls, 0, ink).astype(np.uint8)
+    return np.where(widened(strokes) & ~walls, 0, ink).astype(np.uint8)
 
 
 def without_coloured_lines(ink: Bytes, lines: BoolArray) -> Bytes:
     """Leave coloured lines (rows, columns) out of ink; walls that they cross stay."""
     if not lines.any():
         return ink
-    seams = _widened(lines) & (ink < np.median(ink[lines]))
+    seams = widened(lines) & (ink < np.median(ink[lines]))
     others = (ink > FAINTEST) & ~lines & ~seams
     reach = int(np.ceil(usual_thickness(lines, _LINE_PX * _STROKE_PX) / 2)) + 1
     left = np.where(lines | seams, 0, ink).astype(np.uint8)
@@ -378,7 +373,7 @@ def thickness_drawn_px(plan: FloorPlan) -> float:
     labels, _, sides = parts_of(walls)
     long = walls & (sides >= SYMBOL_M / pixel_m)[labels]
     darkest = np.percentile(ink[walls], 99)
-    return float(ink[_widened(long)].sum() / darkest / max(skeletonize(long).sum(), 1))
+    return float(ink[widened(long)].sum() / darkest / max(skeletonize(long).sum(), 1))
 
 
 def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) -> BoolArray:

@@ -231,6 +231,11 @@ def regions(mask: BoolArray) -> IntArray:
     return np.asarray(labels)
 
 
+def widened(mask: BoolArray) -> BoolArray:
+    """The mask (rows, columns) and all pixels beside it."""
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), dtype=np.uint8)) > 0)
+
+
 def parts_of(mask: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
     """Number (rows, columns) of each pixel's part, by sides and corners, 0 outside; per part the box (5,) around it,
     left, top, width, height and area, and its longer side, pixels.
