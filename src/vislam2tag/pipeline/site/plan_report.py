@@ -8,7 +8,7 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath
-from vislam2tag.intake.extents import LARGE_PLAN_M, is_other_size
+from vislam2tag.intake.extents import LARGE_PLAN_M, fitting_units, is_other_size, scale_doubt
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import survey_output
@@ -51,18 +51,36 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
         look = look_at_plan(floor.plan, floor.source)
     plan = floor_plan(floor)
     warnings = [*look.notes, *floor_fit_notes(root, floor.number)]
-    warnings += _other_size(look, floor.source, plan.extent_m)
+    wrong_scale = _wrong_scale(look, floor.source, plan.extent_m)
+    warnings += _other_size(look, floor.source, plan.extent_m) or wrong_scale
     left, right, low, high = plan.extent_m
-    if max(right - left, high - low) > LARGE_PLAN_M:
+    if max(right - left, high - low) > LARGE_PLAN_M and not wrong_scale:
         warnings.append(f"the plan is {right - left:,.0f} m wide and {high - low:,.0f} m high: check its unit")
     try:
         space = walkable_space(plan)
     except SurveyError as error:
-        return PlanReport(floor.number, look.taken, (*warnings, str(error)), None)
+        return PlanReport(floor.number, look.taken, (*warnings, *([] if wrong_scale else [str(error)])), None)
     picture = root / f"floor_{floor.number}" / PICTURE
     with survey_output(picture), Folder.at(root).writing(picture.relative_to(root).as_posix()) as file:
         taken_picture(plan, space).save(file, "PNG")
-    return PlanReport(floor.number, look.taken, (*warnings, *plan_checks(plan, space).sentences), picture)
+    warnings += [] if wrong_scale else plan_checks(plan, space).sentences  # they would only follow from the scale
+    return PlanReport(floor.number, look.taken, tuple(warnings), picture)
+
+
+_OPTIONS = {name: f"--{name}".replace("_", "-") for name in SCALES} | {"extent": "--width-m", "points": "--point"}
+"""Options that give a plan its scale."""
+
+
+def _wrong_scale(look: PlanLook, source: PlanSource, extent_m: Bounds) -> list[str]:
+    """Report a scale of the user's that makes no floor, with units that do."""
+    option = next((_OPTIONS[name] for name in SCALES if getattr(source, name) is not None), None)
+    if option is None:
+        return []
+    left, right, low, high = look.box_of(source.area)
+    sides = right - left, high - low
+    doubt = scale_doubt(sides, look.door, max(extent_m[1] - extent_m[0], extent_m[3] - extent_m[2]) / max(sides))
+    fitting = "" if look.is_picture else fitting_units(sides, look.door)
+    return [f"{doubt}: correct {option}{f', or use {fitting}' if fitting else ''}"] if doubt else []
 
 
 def _other_size(look: PlanLook, source: PlanSource, extent_m: Bounds) -> list[str]:

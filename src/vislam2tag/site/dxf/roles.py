@@ -20,6 +20,8 @@ _NEAR = 0.15
 """How far a door's leaf may be from the centre and the end of its swing, by its radius."""
 _LEAF_POINTS = 6
 _SWING_DEG = (50.0, 130.0)
+_HANDLE = 0.2
+"""An arc smaller than this, by the widest swing, is not a swing of a door."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,8 @@ def _swing(line: DrawnLine) -> tuple[FloatArray, float, FloatArray] | None:
     return (centre, radius, np.stack((start, end))) if is_swing else None
 
 
-def widest_swing(lines: Sequence[DrawnLine], roles: Sequence[Role]) -> float | None:
-    """Radius of the widest door swing, units of the file; None if no swing is drawn."""
-    swings = [_swing(line) for line, role in zip(lines, roles, strict=True) if role == _DOORS]
-    return max((swing[1] for swing in swings if swing is not None), default=None)
+def usual_swing(lines: Sequence[DrawnLine], roles: Sequence[Role]) -> float | None:
+    """Radius of the usual door swing, units of the file, without handles and hinges; None if no swing is drawn."""
+    swings = [_swing(line) for line, role in zip(lines, roles, strict=True) if role.became is Became.DOORS]
+    radii = np.array([swing[1] for swing in swings if swing is not None])
+    return float(np.median(radii[radii >= _HANDLE * radii.max()])) if len(radii) else None

@@ -50,6 +50,8 @@ class PlanDrawing:
     walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     doors: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     """(d, 2, 2) lines of door leaves, drawn pale: no one is stopped by them."""
+    door: float | None = None
+    """Radius of the usual door swing, units of the file; None if no swing is drawn."""
     passages: tuple[FloatArray, ...] = ()
     texts: tuple[PlanText, ...] = ()
     """What is written on it; each place is a point in the drawing's coordinates."""
