@@ -71,6 +71,8 @@ SAME_CORNER_M = 0.01
 """Plans without known points or coordinates of their own begin at the same corner."""
 SIZE_TOLERANCE = 0.03
 """Sizes are rounded to half a metre, and outer walls differ from floor to floor."""
+_MIN_SHARED = 0.1
+"""Floors that share less than this of the shorter side along an axis are not above each other."""
 Box = tuple[float, float, float, float]
 """Left, right, lower and upper edge, metres."""
 _MAX_FAR_SHARE = 0.1
@@ -105,22 +107,31 @@ class FloorFit(Enum):
     """How a floor fits another one of its building."""
 
     FITS = auto()
+    """They are above each other and have the same size."""
+    DIFFERS = auto()
+    """They are above each other, and their sizes and shapes have nothing in common: no fault can be seen."""
     APART = auto()
     """They are not above each other: their plans have different origins."""
     OTHER_SIZE = auto()
-    """Same corner and shape, another size: one of the scales is wrong."""
+    """Same shape, another size: one of the scales is wrong."""
     OTHER_SHAPE = auto()
     """Same corner, another size and shape: the drawings may begin at different places."""
 
 
 def floor_fit(one: Box, other: Box) -> FloorFit:
     """Compare two floors by left, right, lower and upper edge in their shared frame, metres."""
-    if one[0] > other[1] or other[0] > one[1] or one[2] > other[3] or other[2] > one[3]:
+    axes = ((0, 1), (2, 3))
+    shared = [min(one[end], other[end]) - max(one[start], other[start]) for start, end in axes]
+    sides = [(one[end] - one[start], other[end] - other[start]) for start, end in axes]
+    if any(length < _MIN_SHARED * min(pair) for length, pair in zip(shared, sides, strict=True)):
         return FloorFit.APART
-    ratios = [(one[end] - one[start]) / (other[end] - other[start]) for start, end in ((0, 1), (2, 3))]
-    if max(abs(one[0] - other[0]), abs(one[2] - other[2])) > SAME_CORNER_M or not any(map(is_other_size, ratios)):
+    ratios = [side / other_side for side, other_side in sides]
+    if not any(map(is_other_size, ratios)):
         return FloorFit.FITS
-    return FloorFit.OTHER_SHAPE if is_other_size(ratios[0] / ratios[1]) else FloorFit.OTHER_SIZE
+    if not is_other_size(ratios[0] / ratios[1]):
+        return FloorFit.OTHER_SIZE
+    same_corner = max(abs(one[0] - other[0]), abs(one[2] - other[2])) <= SAME_CORNER_M
+    return FloorFit.OTHER_SHAPE if same_corner else FloorFit.DIFFERS
 
 
 def is_other_size(ratio: float) -> bool:

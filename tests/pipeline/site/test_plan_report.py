@@ -9,12 +9,13 @@ import ezdxf.filemanagement
 import pytest
 from PIL import Image
 
+from tests.site.plans.drawn_floor import HERE, imdf
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.pipeline.site.init import NewFloor, add_floor
 from vislam2tag.pipeline.site.plan_report import PICTURE, report_plan
 from vislam2tag.site.plans.source import Extent, PlanSource
 from vislam2tag.site.plans.taken_parts import Became, TakenPart
-from vislam2tag.site.site_file import FloorPart
+from vislam2tag.site.site_file import FloorPart, GeoreferencePart
 
 ROOMS = [(0, 0, 10, 0), (10, 0, 10, 8), (10, 8, 0, 8), (0, 8, 0, 0), (5, 0, 5, 3), (5, 4, 5, 8)]
 """Two rooms with a door between them, metres."""
@@ -81,3 +82,20 @@ def test_a_wrong_scale_is_reported_instead_of_what_follows(tmp_path: Path, given
         message in each and each.endswith("use --unit-m 0.01 if a unit is 1 centimetre (10 m x 8 m)")
         for each in warnings
     )
+
+
+@pytest.mark.parametrize(("level", "warned"), [("0", True), ("1", False)])
+def test_the_same_level_twice_is_reported(tmp_path: Path, level: str, warned: bool) -> None:
+    venue, earth = imdf(tmp_path), GeoreferencePart(**HERE.model_dump())
+    parts = [FloorPart(number=number, plan=PlanSource(file="v", level=one)) for number, one in enumerate(("0", level))]
+    for part in parts:
+        add_floor(tmp_path / "site", NewFloor(venue, part), georeference=earth)
+    warnings = report_plan(tmp_path / "site", 1).warnings
+    assert any("floor 1 and floor 0 show the same level 0 of the same file" in each for each in warnings) == warned
+
+
+def test_a_georeference_with_exchanged_axes_is_reported(tmp_path: Path) -> None:
+    exchanged = GeoreferencePart(latitude_deg=HERE.longitude_deg, longitude_deg=HERE.latitude_deg)
+    new = NewFloor(imdf(tmp_path), FloorPart(number=0, plan=PlanSource(file="v", level="0")))
+    with pytest.raises(SurveyError, match="latitude and longitude of one are exchanged"):
+        add_floor(tmp_path / "site", new, georeference=exchanged)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from vislam2tag.intake.extents import LARGE_PLAN_M, fitting_units, is_other_size
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import survey_output
+from vislam2tag.site.model import Floor
 from vislam2tag.site.plans.drawing import Bounds
 from vislam2tag.site.plans.load import PlanLook, floor_plan, look_at_plan, plan_called
 from vislam2tag.site.plans.source import SCALES, PlanSource
@@ -51,6 +53,8 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
         look = look_at_plan(floor.plan, floor.source)
     plan = floor_plan(floor)
     warnings = [*look.notes, *floor_fit_notes(root, floor.number)]
+    if len(look.levels) > 1:
+        warnings += [_same_level(floor, other) for other in site.floors if _show_the_same(floor, other)][:1]
     wrong_scale = _wrong_scale(look, floor.source, plan.extent_m)
     warnings += _other_size(look, floor.source, plan.extent_m) or wrong_scale
     left, right, low, high = plan.extent_m
@@ -65,6 +69,32 @@ def report_plan(root: AnyPath, number: int | None = None) -> PlanReport:
         taken_picture(plan, space).save(file, "PNG")
     warnings += [] if wrong_scale else plan_checks(plan, space).sentences  # they would only follow from the scale
     return PlanReport(floor.number, look.taken, tuple(warnings), picture)
+
+
+def _show_the_same(floor: Floor, other: Floor) -> bool:
+    """Whether two floors have the same level of the same file or folder."""
+    if floor is other or floor.plan is None or other.plan is None or floor.source is None or other.source is None:
+        return False
+    if (floor.source.level, floor.plan.name) != (other.source.level, other.plan.name):
+        return False
+    files, others = _files(floor.plan), _files(other.plan)
+    return len(files) == len(others) and all(map(_are_equal, files, others))
+
+
+def _are_equal(one: Path, other: Path) -> bool:
+    return filecmp.cmp(one, other, shallow=False)
+
+
+def _files(plan: Path) -> list[Path]:
+    return sorted(plan.glob("*.geojson")) if plan.is_dir() else [plan]
+
+
+def _same_level(floor: Floor, other: Floor) -> str:
+    assert floor.source is not None
+    return (
+        f"floor {floor.number} and floor {other.number} show the same level {floor.source.level} of the same file: "
+        "remove one of them with vislam2tag site remove, and add it with another --level"
+    )
 
 
 _OPTIONS = {name: f"--{name}".replace("_", "-") for name in SCALES} | {"extent": "--width-m", "points": "--point"}
