@@ -102,7 +102,7 @@ def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg:
 def _is_used_at(system: CRS, place: FloatArray) -> bool:
     """Whether a reference system is meant for a longitude and latitude (2,), or none is known to be."""
     area = system.area_of_use
-    return area is None or (area.west <= place[0] <= area.east and area.south <= place[1] <= area.north)
+    return area is None or bool(area.west <= place[0] <= area.east and area.south <= place[1] <= area.north)
 
 
 def refuse_other_place(georeference: Georeference, other: Georeference) -> None:

@@ -98,10 +98,11 @@ def change_site(root: AnyPath, number: int | None, changes: FloorChanges, buildi
 
 def _size_and_place(root: Path, number: int | None) -> list[str]:
     """Where the plan of a floor is and how large, if that is known."""
-    floors = {each.number: each for each in read_site(root, follow_links=True)[0].floors}
-    if number not in floors or floors[number].extent_m is None:
+    floors = read_site(root, follow_links=True)[0].floors
+    extent_m = next((each.extent_m for each in floors if each.number == number), None)
+    if extent_m is None:
         return []
-    left, right, low, high = floors[number].extent_m
+    left, right, low, high = extent_m
     return [
         f"floor {number} is {right - left:.2f} m x {high - low:.2f} m, with its lower left corner at ({left:.2f}, "
         f"{low:.2f}) m"
