@@ -222,9 +222,17 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--distance", "0,0,0,0,5"), "from and to are the same point"),
         (("--distance", "0,0,5"), "--distance 0,0,5: expected X,Y,X,Y,METRES"),
         (("--lower-left", "1,1"), "--lower-left: also pass"),
-        (("--width-m", "20", "--height-m", "10", "--unit-m", "1"), "extent and unit_m are given; keep one of them"),
+        (
+            ("--width-m", "20", "--height-m", "10", "--unit-m", "1"),
+            "error: --width-m and --unit-m give the scale of the plan",
+        ),
         (("--width-m", "20", "--height-m", "10", "--georeference", "here"), "--georeference here: expected EPSG:CODE"),
         (("--width-m", "20", "--height-m", "10", "--georeference", "EPSG:4326,6,50"), "has no eastings and northings"),
+        (
+            ("--width-m", "20", "--georeference", "EPSG:25832,5628801,294405"),
+            "easting and northing are exchanged: EPSG",
+        ),
+        (("--width-m", "20", "--georeference", "100.5,50"), "latitude and longitude are exchanged; pass 50,100.5"),
         (("--width-m", "20", "--height-m", "10", "--others", "roof"), "others: "),
         (("--width-m", "41000"), "error: --width-m 41000: must be at most 10000 metres"),
         (("--width-m", "20", "--elevation-m", "nan"), "error: elevation_m: Input should be a finite number"),

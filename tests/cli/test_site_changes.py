@@ -82,6 +82,21 @@ def test_name_elevation_building_size_and_place_are_set(site: Path, plans: Path)
     assert (read_site(site)[0].floor(2).extent_m or ())[::2] == pytest.approx((1, 2))
 
 
+def test_a_number_of_a_floor_is_whole(site: Path) -> None:
+    done = vislam2tag("site", "renumber", site, "1", "EG")
+    assert (done.returncode, "'new': 'EG' is not a whole number" in done.stderr) == (2, True)
+
+
+def test_chosen_layers_are_taken_back(site: Path) -> None:
+    before = read_site_file(site)
+    assert vislam2tag("site", "set", site, "--walls", "WALLS", "--ignore", "TEXT").returncode == 0
+    assert read_site_file(site) != before
+    assert vislam2tag("site", "set", site, "--walls", "none", "--ignore", "none").returncode == 0
+    assert read_site_file(site) == before
+    done = vislam2tag("site", "set", site, "--name", "First floor", "--building", "Town hall")
+    assert done.stdout.startswith("nothing changed, because the site has these properties already\nnext: ")
+
+
 def test_a_plan_with_coordinates_of_a_national_grid_gets_an_origin(site: Path, tmp_path: Path) -> None:
     drawing = tmp_path / "grid.dxf"
     document = readfile(site / "floor_1" / "second.dxf")
@@ -152,7 +167,10 @@ def test_what_cannot_be_changed_leaves_all_files(site: Path, plans: Path) -> Non
         (("renumber", site, "1", "3"), "floor 1 has 1 recorded walk, and recordings are never changed: move"),
         (("remove", site, "--floor", "1"), "out of the survey yourself first"),
         (("renumber", site, "2", "1"), "already has a floor 1; renumber or remove that one first"),
+        (("renumber", site, "2", "2"), "floor 2 already has this number: pass another one"),
         (("renumber", site, "7", "8"), "--floor 7: "),
+        (("remove", site, "--floor", "2", "--floor", "1"), "--floor is given 2 times: pass it once"),
+        (("set", site, "--floor", "2", "--width-m", "3", "--unit-m", "1"), "--width-m and --unit-m give the scale of"),
         (("renumber", site, "2", "9999999"), "number: Input should be less than or equal to 999999"),
         (("set", site, "--floor", "2", "--elevation-m", "nan"), "elevation_m: Input should be a finite number"),
         (("set", site), "nothing to change is given"),
@@ -178,6 +196,7 @@ def test_floors_are_laid_on_top_of_each_other(site: Path, plans: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert "floor 2 is laid on floor 1: turned by 90.00°" in done.stdout
     assert "a third --pair would check the points; lengths differ by 0.5%" in done.stdout
+    assert "note: floor 2 is turned by 90° against floor 1: if both plans are drawn the same way up" in done.stdout
     frame = read_site(site)[0].floor(2).site_T_bcs
     assert frame @ np.array([(120.0, 55.0)]) == pytest.approx(np.array([(5.0, 0.05)]), abs=1e-3)
 

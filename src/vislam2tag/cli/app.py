@@ -8,7 +8,6 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Mapping
-from itertools import pairwise
 from pathlib import Path
 from textwrap import fill
 from typing import Annotated, Any, TypeAlias
@@ -23,7 +22,7 @@ from vislam2tag.cli.records import help_of
 from vislam2tag.cli.terminal import hide_progress, native_output_last, say
 from vislam2tag.common.commit import commit_of_package
 from vislam2tag.common.documentation import page_of
-from vislam2tag.common.errors import Vislam2tagError, first_line, missing_extra
+from vislam2tag.common.errors import UsageError, Vislam2tagError, first_line, missing_extra
 from vislam2tag.common.garbage import search_seldom
 
 COMMANDS = {
@@ -175,11 +174,13 @@ def _take_old_names(command: Any, names: Mapping[str, str]) -> None:
 
     def parsed(ctx: Any, words: list[str]) -> Any:
         words = [renamed(word) for word in words]
+        given, _, order = command.make_parser(ctx).parse_args(list(words))
+        _refuse_repeated(order)
         try:
-            return parse(ctx, list(words))
+            return parse(ctx, words)
         except typer.BadParameter as error:
             if found := _NOT_A_NUMBER.search(error.message):
-                error.message = _about_a_number(words, getattr(error.param, "opts", []), found[1])
+                error.message = _about_a_number(given.get(getattr(error.param, "name", None)), found[1])
             raise
 
     command.parse_args = parsed
@@ -188,14 +189,30 @@ def _take_old_names(command: Any, names: Mapping[str, str]) -> None:
 _NOT_A_NUMBER = re.compile("unable to parse string as an? (number|integer)")
 
 
-def _about_a_number(words: list[str], names: list[str], kind: str) -> str:
-    """The message about the value of an option that is not a number."""
-    pairs = [word.split("=", 1) for word in words] + [list(pair) for pair in pairwise(words)]
-    value = next((pair[1] for pair in pairs if len(pair) == 2 and pair[0] in names), "the value")
+def _refuse_repeated(order: list[Any]) -> None:
+    """Raise UsageError if an option with one value is given twice, because all but the last would not count."""
+    options = [each for each in order if each.param_type_name == "option"]
+    single = [each for each in options if not (each.multiple or each.is_flag or each.count)]
+    if repeated := [each for each in single if single.count(each) > 1]:
+        raise UsageError(f"{repeated[0].opts[-1]} is given {single.count(repeated[0])} times: pass it once")
+
+
+def _about_a_number(given: Any, kind: str) -> str:
+    """The message about a value, or several, of which one is not a number."""
+    values = [given] if isinstance(given, str) else [str(each) for each in given or ()]
+    value = next((each for each in values if not _is_number(each, kind)), "the value")
     advice = ""
     if kind == "number" and re.fullmatch(r"[-+]?\d+,\d+", value):
         advice = f"; write a decimal point: {value.replace(',', '.')}"
     return f"'{value}' is not a {'whole ' if kind == 'integer' else ''}number{advice}"
+
+
+def _is_number(text: str, kind: str) -> bool:
+    try:
+        (int if kind == "integer" else float)(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _with_switches(command: Any, name: str) -> Any:

@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 
 _PLACING = ("width_m", "height_m", "scale", "distance", "point", "unit_m")
 _PARTS = ("area", "walls", "doors", "ignore")
+_ENTRIES = {"walls": "layers", "doors": "doors", "ignore": "ignore"}
+"""Options that choose parts of a file, with their entries in ``site.toml``."""
+_BACK = "none"
+"""Value of such an option that takes back what was chosen."""
 _OF_INIT = {each.name: each for each in fields(InitOptions)}
 
 
@@ -62,7 +66,8 @@ def set_command(given: SetOptions) -> None:
     """Change a floor: its name, its elevation, or the size and place of its plan.
 
     Options have the meaning that they have in `site init`. Properties without an option stay. --lower-left alone moves
-    the plan and keeps its size. Landmarks and recordings are not changed.
+    the plan and keeps its size. --walls none, --doors none and --ignore none take back what was chosen before: then the
+    names in the file count again. Landmarks and recordings are not changed.
 
     Exit code: 0 written, 2 wrong usage or unusable files, 130 interrupted.
 
@@ -78,7 +83,7 @@ def set_command(given: SetOptions) -> None:
     placing = {name: getattr(given, name) for name in _PLACING if getattr(given, name) not in (None, ())}
     parts = [name for name in _PARTS if getattr(given, name) not in (None, ())]
     plan, notes = _other_plan(given, placing) if placing or parts else (None, [])
-    corner = None if given.lower_left is None or placing else (given.lower_left[0], given.lower_left[1])
+    corner = None if given.lower_left is None else (given.lower_left[0], given.lower_left[1])
     changes = api.FloorChanges(
         given.name, given.elevation_m, plan, corner, exclude_rooms=given.exclude_room, include_rooms=given.include_room
     )
@@ -102,11 +107,13 @@ def _other_plan(given: SetOptions, placing: dict[str, Any]) -> tuple[Any, list[s
     if corner is None and placing.keys().isdisjoint(("point", "unit_m")):
         old = before.extent or before.distance or before.scale
         corner = None if old is None else list(old.lower_left_m)
-    parts = {name: getattr(given, name) for name in _PARTS}
+    back = {_ENTRIES[name] for name in _ENTRIES if getattr(given, name) == (_BACK,)}
+    parts = {name: () if _ENTRIES.get(name) in back else getattr(given, name) for name in _PARTS}
     options = InitOptions(site=given.site, lower_left=corner if placing else None, **parts, **placing)
     asked = plan_source(options, Path(before.file))
     names = asked.model_fields_set - {"file"}
-    kept = {name: value for name, value in before if name not in names and not (placing and name in SCALES)}
+    replaced = names | back | (set(SCALES) if placing else set())
+    kept = {name: value for name, value in before if name not in replaced}
     if given.area == "page":
         kept["area"] = None
     source = type(before).model_validate(kept | {name: getattr(asked, name) for name in names})

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 _PAGE = "page"
 """Value of ``--area`` for the whole page."""
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_POLE_DEG = 90
 _POINT = "PX,PY=X,Y: the plan's own coordinates, then metres"
 
 
@@ -73,6 +74,9 @@ def _georeference(text: str, name: str) -> api.GeoreferencePart:
     if numbers is None or len(numbers) not in (2, 3):
         form = "EPSG:CODE,EASTING,NORTHING,ROTATION or LATITUDE,LONGITUDE,BEARING"
         raise UsageError(f"{name} {text}: expected {form}")
+    if not system and abs(numbers[0]) > _POLE_DEG >= abs(numbers[1]):
+        right = ",".join(f"{number:g}" for number in (numbers[1], numbers[0], *numbers[2:]))
+        raise UsageError(f"{name} {text}: latitude and longitude are exchanged; pass {right}")
     names = ("easting_m", "northing_m", "rotation_deg") if system else ("latitude_deg", "longitude_deg", "bearing_deg")
     values: dict[str, Any] = dict(zip(names, numbers, strict=False))
     if system:
@@ -146,8 +150,10 @@ class InitOptions:
     walls: tuple[str, ...] = option(
         (), "Layer of a DXF that contains walls, instead of those found by name (* and ? match); repeatable."
     )
-    doors: tuple[str, ...] = option((), "Another layer of a DXF that contains doors; repeatable.")
-    ignore: tuple[str, ...] = option((), "Layer or class of the file to leave out; repeatable.")
+    doors: tuple[str, ...] = option(
+        (), "Another layer of a DXF that contains doors, even if --walls matches; repeatable."
+    )
+    ignore: tuple[str, ...] = option((), "Layer or class of the file to leave out, even if others match; repeatable.")
     others: str | None = option(None, "Use of polygons without one: walkable or obstacle.", metavar="USE", hidden=True)
     epsg: int | None = option(None, "Reference system of the plan's own coordinates.", hidden=True)
     georeference: Any = option(
@@ -282,6 +288,7 @@ def plan_source(given: InitOptions, plan: Path) -> PlanSource:
     corner = {} if given.lower_left is None else {"lower_left_m": given.lower_left}
     parts = {"layers": given.walls, "doors": given.doors, "ignore": given.ignore}
     values |= {name: names for name, names in parts.items() if names}
+    _refuse_two_scales(given)
     if given.width_m is not None or given.height_m is not None:
         values["extent"] = {"width_m": given.width_m, "height_m": given.height_m} | corner
     if given.area is not None and given.area != _PAGE:
@@ -298,6 +305,14 @@ def plan_source(given: InitOptions, plan: Path) -> PlanSource:
     if given.lower_left is not None and given.point:
         raise UsageError("--lower-left: --point places the plan already; pass one of them")
     return _made(PlanSource, values)
+
+
+def _refuse_two_scales(given: InitOptions) -> None:
+    ways = (("width_m", "height_m"), ("point",), ("distance",), ("scale",), ("unit_m",))
+    used = [[name for name in way if getattr(given, name) not in (None, ())] for way in ways]
+    named = [f"--{names[0].replace('_', '-')}" for names in used if names]
+    if len(named) > 1:
+        raise UsageError(f"{' and '.join(named)} give the scale of the plan more than once: keep one of them")
 
 
 def _before_landmarks(summary: api.SiteSummary) -> api.SiteSummary:

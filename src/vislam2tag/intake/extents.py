@@ -6,7 +6,7 @@ and kilometres make a building smaller than a metre, millimetres make it larger 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -58,8 +58,10 @@ LARGE_PLAN_M = 1_000.0
 UNITS_M = {name: LENGTHS_M[name] for name in ("metre", "centimetre", "millimetre", "inch", "foot")}
 """Metres a unit of drawings, the usual ones."""
 _METRIC = ("metre", "centimetre", "millimetre")
-_DOOR_M = (0.4, 4.0)
-"""Radius of the widest swing of a floor's doors, metres."""
+_DOOR_M = (0.4, 2.0)
+"""Radius of the usual swing of a floor's doors, metres."""
+SMALL_FLOOR_M = 5.0
+"""Few floors are shorter. A shorter one more likely has a wrong scale."""
 MIN_POINTS = 3
 """Two landmarks may be next to each other."""
 MAX_RATIO = 30.0
@@ -69,6 +71,8 @@ SAME_CORNER_M = 0.01
 """Plans without known points or coordinates of their own begin at the same corner."""
 SIZE_TOLERANCE = 0.03
 """Sizes are rounded to half a metre, and outer walls differ from floor to floor."""
+_MIN_SHARED = 0.1
+"""Floors that share less than this of the shorter side along an axis are not above each other."""
 Box = tuple[float, float, float, float]
 """Left, right, lower and upper edge, metres."""
 _MAX_FAR_SHARE = 0.1
@@ -103,22 +107,31 @@ class FloorFit(Enum):
     """How a floor fits another one of its building."""
 
     FITS = auto()
+    """They are above each other and have the same size."""
+    DIFFERS = auto()
+    """They are above each other, and their sizes and shapes have nothing in common: no fault can be seen."""
     APART = auto()
     """They are not above each other: their plans have different origins."""
     OTHER_SIZE = auto()
-    """Same corner and shape, another size: one of the scales is wrong."""
+    """Same shape, another size: one of the scales is wrong."""
     OTHER_SHAPE = auto()
     """Same corner, another size and shape: the drawings may begin at different places."""
 
 
 def floor_fit(one: Box, other: Box) -> FloorFit:
     """Compare two floors by left, right, lower and upper edge in their shared frame, metres."""
-    if one[0] > other[1] or other[0] > one[1] or one[2] > other[3] or other[2] > one[3]:
+    axes = ((0, 1), (2, 3))
+    shared = [min(one[end], other[end]) - max(one[start], other[start]) for start, end in axes]
+    sides = [(one[end] - one[start], other[end] - other[start]) for start, end in axes]
+    if any(length < _MIN_SHARED * min(pair) for length, pair in zip(shared, sides, strict=True)):
         return FloorFit.APART
-    ratios = [(one[end] - one[start]) / (other[end] - other[start]) for start, end in ((0, 1), (2, 3))]
-    if max(abs(one[0] - other[0]), abs(one[2] - other[2])) > SAME_CORNER_M or not any(map(is_other_size, ratios)):
+    ratios = [side / other_side for side, other_side in sides]
+    if not any(map(is_other_size, ratios)):
         return FloorFit.FITS
-    return FloorFit.OTHER_SHAPE if is_other_size(ratios[0] / ratios[1]) else FloorFit.OTHER_SIZE
+    if not is_other_size(ratios[0] / ratios[1]):
+        return FloorFit.OTHER_SIZE
+    same_corner = max(abs(one[0] - other[0]), abs(one[2] - other[2])) <= SAME_CORNER_M
+    return FloorFit.OTHER_SHAPE if same_corner else FloorFit.DIFFERS
 
 
 def is_other_size(ratio: float) -> bool:
@@ -127,7 +140,7 @@ def is_other_size(ratio: float) -> bool:
 
 
 def unit_fits(sides: tuple[float, float], door: float | None, unit_m: float) -> bool:
-    """Whether a plan's sides, and the radius of its widest door swing if it has one, are those of a floor in a unit."""
+    """Whether a plan's sides, and the radius of its usual door swing if it has one, are those of a floor in a unit."""
     of_floor = not any(FLOOR.cause(side * unit_m) for side in sides)
     return of_floor and (door is None or _DOOR_M[0] <= door * unit_m <= _DOOR_M[1])
 
@@ -141,19 +154,36 @@ def unit_doubt(sides: tuple[float, float], door: float | None, unit_m: float, *,
     fits = unit_fits(sides, door, unit_m)
     if fits and (door is not None or not metric or stated in _METRIC or stated not in UNITS_M):
         return ""
-    others = {name: each for name, each in UNITS_M.items() if name != stated and (name in _METRIC or not metric)}
-    choices = [
-        f"--unit-m {each:g} if it is 1 {name} ({_sides_m(sides, each)})"
-        for name, each in others.items()
-        if unit_fits(sides, door, each)
-    ]
+    others = [name for name in UNITS_M if name != stated and (name in _METRIC or not metric)]
+    choices = fitting_units(sides, door, others)
     size = _sides_m(sides, unit_m)
     why = (
         "but also that it is metric"
         if fits
         else "which no floor" + ("" if door is None else " with such doors") + " is"
     )
-    return f"a unit is 1 {stated} ({size}), {why}: use {' or '.join(choices)}" if choices else ""
+    return f"a unit is 1 {stated} ({size}), {why}: use {choices}" if choices else ""
+
+
+def fitting_units(sides: tuple[float, float], door: float | None, names: Iterable[str] = UNITS_M) -> str:
+    """The options for the usual units that fit, with the size they give; empty if none does; as :func:`unit_fits`."""
+    choices = [
+        f"--unit-m {UNITS_M[name]:g} if a unit is 1 {name} ({_sides_m(sides, UNITS_M[name])})"
+        for name in names
+        if unit_fits(sides, door, UNITS_M[name]) and max(sides) * UNITS_M[name] >= SMALL_FLOOR_M
+    ]
+    return " or ".join(choices)
+
+
+def scale_doubt(sides: tuple[float, float], door: float | None, unit_m: float) -> str:
+    """Why the scale that a user chose is wrong, a sentence without its cure; empty if nothing is odd.
+
+    ``sides`` and ``door`` as :func:`unit_fits`, units of the file.
+    """
+    if unit_fits(sides, door, unit_m) and max(sides) * unit_m >= SMALL_FLOOR_M:
+        return ""
+    doors = "" if door is None else f" and its doors are {door * unit_m:.2g} m wide"
+    return f"the floor is {_sides_m(sides, unit_m)}{doors}, so its scale is wrong"
 
 
 def _sides_m(sides: tuple[float, float], unit_m: float) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from pydantic import Field
 
@@ -9,12 +11,17 @@ from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Similarity2
 
+if TYPE_CHECKING:
+    from pyproj import CRS
+
 SEMI_MAJOR_M = 6_378_137.0
 FLATTENING = 1 / 298.257223563
 """Of the WGS84 ellipsoid."""
 _SQUARED_ECCENTRICITY = FLATTENING * (2 - FLATTENING)
 _BASE_M = 100.0
 """Of the direction of an axis: long enough to be exact, short enough that the earth is flat."""
+_TOWN_DEG = 0.5
+"""What is further away is no part of the same site, degrees."""
 _ROUNDS = 4
 """Each leaves a thousandth of the latitude's error, so that this many leave nothing that a double holds."""
 
@@ -66,7 +73,7 @@ def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg:
     """Georeference of a frame whose origin's easting and northing are known in a projected reference system.
 
     ``rotation_deg`` turns grid east into the frame's x axis, counter-clockwise. Raises ValueError where there is no
-    such system, it is not projected, or does not reach there.
+    such system, it is not projected, or does not reach there, and for exchanged coordinates.
     """
     from pyproj import CRS, Transformer  # slow to load, and few sites need it
     from pyproj.exceptions import ProjError
@@ -81,9 +88,35 @@ def georeference_in_grid(epsg: int, origin_m: tuple[float, float], rotation_deg:
     turn = np.radians(rotation_deg)
     up = np.array(origin_m) + _BASE_M * np.array([-np.sin(turn), np.cos(turn)])
     degrees = np.column_stack(grid.transform(*np.array([origin_m, up]).T))
+    exchanged = np.array(grid.transform(*origin_m[::-1]))
+    if _is_used_at(system, exchanged) and not _is_used_at(system, degrees[0]):
+        raise ValueError(
+            f"easting and northing are exchanged: EPSG:{epsg} ({system.name}) is not used at easting {origin_m[0]:.10g}"
+            f" and northing {origin_m[1]:.10g}, but at easting {origin_m[1]:.10g} and northing {origin_m[0]:.10g}"
+        )
     if not np.isfinite(degrees).all():
         raise ValueError(f"EPSG:{epsg} ({system.name}) is not defined at {origin_m[0]:g}, {origin_m[1]:g}")
     return _between(degrees)
+
+
+def _is_used_at(system: CRS, place: FloatArray) -> bool:
+    """Whether a reference system is meant for a longitude and latitude (2,), or none is known to be."""
+    area = system.area_of_use
+    return area is None or bool(area.west <= place[0] <= area.east and area.south <= place[1] <= area.north)
+
+
+def refuse_other_place(georeference: Georeference, other: Georeference) -> None:
+    """Raise ValueError, whose text completes a sentence about what is at ``other``, if it is in another town."""
+    here, there = ((each.latitude_deg, each.longitude_deg) for each in (georeference, other))
+    if _are_near(here, there):
+        return
+    places = f"is at latitude {there[0]:.4f} and longitude {there[1]:.4f}, but the georeference of the site at "
+    cure = "latitude and longitude of one are exchanged" if _are_near(here, there[::-1]) else "correct one of them"
+    raise ValueError(f"{places}latitude {here[0]:.4f} and longitude {here[1]:.4f}: {cure}")
+
+
+def _are_near(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1])) <= _TOWN_DEG
 
 
 def georeference_of(outer: Georeference, outer_T_inner: Similarity2) -> Georeference:

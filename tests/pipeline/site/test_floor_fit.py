@@ -45,6 +45,17 @@ def test_another_shape_at_the_same_corner_is_aligned(tmp_path: Path) -> None:
     assert floor_fit_notes(site, 1) == []
 
 
+def test_a_floor_of_the_same_size_counts_more_than_a_closer_one(tmp_path: Path) -> None:
+    site = two_floors(tmp_path, "--width-m", "40")
+    plan = drawn_floor.png(tmp_path, name="2.png")
+    vislam2tag("site", "init", site, "--plan", plan, "--floor", "2", "--width-m", "20", "--lower-left", "1,1")
+    assert floor_fit_notes(site, 2) == floor_fit_notes(site, 0) == []
+    assert "floor 1 is 40.0 m x 20.0 m and floor 0 20.0 m x 10.0 m" in floor_fit_notes(site, 1)[0]
+    done = vislam2tag("site", "set", site, "--floor", "2", "--lower-left", "300,0")
+    assert "floor 2 is 20.00 m x 10.00 m, with its lower left corner at (300.00, 0.00) m\n" in done.stdout
+    assert "note: floor 2 begins at (300, 0) m and is not above or below floor 1" in done.stdout
+
+
 def test_a_single_floor_fits(tmp_path: Path) -> None:
     plan = drawn_floor.png(tmp_path)
     vislam2tag("site", "init", tmp_path / "site", "--plan", plan, "--width-m", "20")

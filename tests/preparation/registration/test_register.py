@@ -235,6 +235,12 @@ def test_known_points_of_a_file(tmp_path: Path) -> None:
         read_known_points(path, RULES, READING)
 
 
+def test_known_points_of_a_grid_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "known.csv").write_text("point,E,N,H\nA,294405,5628801,0\nB,294425,5628801,0\n")
+    with pytest.raises(SurveyError, match=r"known.csv:2: known point A is at \(294405, 5628801\) m, as in a national"):
+        read_known_points(tmp_path / "known.csv", NameRules(), RegistrationSettings())
+
+
 def test_known_points_of_the_site(tmp_path: Path) -> None:
     site, _ = read_site(write_survey(tmp_path))
     known = known_points_of_site(site, 1, ["all"], RULES, READING)

@@ -170,7 +170,8 @@ def test_ids_pick_from_a_site_and_must_be_there(tmp_path: Path) -> None:
 def test_a_site_without_landmarks_and_nothing_at_all(tmp_path: Path) -> None:
     root = write_survey(tmp_path / "survey", {"floor_1/marker_dict.csv": None, "floor_4/marker_dict.csv": "id,x,y\n"})
     with pytest.raises(
-        SurveyError, match=r"contains no landmark; add rows to marker_dict.csv, or pass --ids without SITE"
+        SurveyError,
+        match=r"contains no landmark; plan landmarks with vislam2tag plan SITE --out plan --write, add rows to",
     ):
         requested_sheets(root, None)
     with pytest.raises(UsageError, match="no landmarks are given"):

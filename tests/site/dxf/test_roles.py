@@ -60,11 +60,28 @@ def test_blocks_on_layers_of_walls_are_what_they_are_called(tmp_path: Path, bloc
         ({"layers": ["neu"]}, {("neu", "walls", 7, ""), ("Wand", "left out", 3, "not among the layers of walls")}),
         ({"doors": ["W?nd"], "layers": ["neu"]}, {("neu", "walls", 7, ""), ("Wand", "doors", 3, "")}),
         ({"ignore": ["wand"]}, {("neu", "walls", 7, ""), ("Wand", "left out", 3, "as chosen")}),
+        (
+            {"doors": ["w*"], "layers": ["*"]},
+            {("neu", "walls", 7, ""), ("Wand", "doors", 3, "--doors counts before --walls")},
+        ),
+        ({"doors": ["*"], "layers": ["NEU"]}, {("neu", "walls", 7, ""), ("Wand", "doors", 3, "")}),
     ],
 )
 def test_layers_are_chosen(tmp_path: Path, choice: dict[str, object], expected: object) -> None:
     drawing = read(tmp_path, floor_and("neu", "Wand"), **choice)
     assert parts(drawing) == expected
+
+
+@pytest.mark.parametrize(
+    ("choice", "options"),
+    [
+        ({"doors": ["Wand"], "layers": ["wand", "neu"]}, "--doors and --walls"),
+        ({"ignore": ["wand"], "doors": ["Wand"]}, "--ignore and --doors"),
+    ],
+)
+def test_a_layer_cannot_be_two_things(tmp_path: Path, choice: dict[str, object], options: str) -> None:
+    with pytest.raises(OSError, match=f"^has one layer Wand, which {options} both name: keep one of them$"):
+        read(tmp_path, floor_and("neu", "Wand"), **choice)
 
 
 @pytest.mark.parametrize("choice", ["layers", "doors", "ignore"])

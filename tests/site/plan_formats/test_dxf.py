@@ -33,10 +33,14 @@ def stated(folder: Path, code: int, scale: float, metric: int = 1, door: float =
         (
             1,
             1,
-            "a unit is 1 inch (0.508 m x 0.254 m), which no floor is: use --unit-m 1 if it is 1 metre (20 m x 10 m)",
+            "1 inch (0.508 m x 0.254 m), which no floor is: use --unit-m 1 if a unit is 1 metre (20 m x 10 m)",
         ),
-        (6, 1000, "use --unit-m 0.01 if it is 1 centimetre (200 m x 100 m) or --unit-m 0.001 if it is 1 millimetre"),
-        (4, 1, "a unit is 1 millimetre (0.02 m x 0.01 m), which no floor is: use --unit-m 1 if it is 1 metre"),
+        (
+            6,
+            1000,
+            "use --unit-m 0.01 if a unit is 1 centimetre (200 m x 100 m) or --unit-m 0.001 if a unit is 1 millimetre",
+        ),
+        (4, 1, "a unit is 1 millimetre (0.02 m x 0.01 m), which no floor is: use --unit-m 1 if a unit is 1 metre"),
     ],
 )
 def test_units_that_make_no_floor_are_refused(tmp_path: Path, code: int, scale: float, message: str) -> None:
@@ -47,7 +51,7 @@ def test_units_that_make_no_floor_are_refused(tmp_path: Path, code: int, scale: 
 
 
 def test_doors_tell_units_apart(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match=r"with such doors is: use --unit-m 0\.001 if it is 1 millimetre") as raised:
+    with pytest.raises(OSError, match=r"with such doors is: use --unit-m 0\.001 if a unit is 1 millimetre") as raised:
         stated(tmp_path, 5, 1000, door=0.9)
     assert "centimetre (20" not in str(raised.value).partition("use")[2]
     assert not stated(tmp_path, 1, 1 / 0.0254, door=0.9).notes

@@ -49,6 +49,7 @@ def test_the_only_level_needs_no_name() -> None:
         (LEVELS, None, "has the levels -1, 0: choose one with --level"),
         (LEVELS, "7", "has no level 7; there are: -1, 0"),
         ([("A", "0"), ("A", "1")], "A", "has 2 levels A; there are: 0, 1"),
+        ([("west", "0"), ("east", "0"), ("top", "1")], "0", "has 2 levels 0; there are: west, east, 1"),
         ([], "0", "has no levels"),
     ],
 )

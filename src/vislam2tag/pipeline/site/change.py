@@ -71,11 +71,11 @@ def change_site(root: AnyPath, number: int | None, changes: FloorChanges, buildi
     floor or its plan cannot be used so, OutputError if nothing can be written.
     """
     root = Path(root)
-    site = read_site_file(root)
+    original = site = read_site_file(root)
     done, notes, restart = list[str](), list[str](), False
     if building is not None:
         site = site.model_copy(update={"name": building})
-        done.append(f"the building is called {building or 'nothing'} now")
+        done.append(f"the building is called {building} now" if building else "the building has no name now")
     if changes != FloorChanges():
         before = floor_part(root, site, number)
         after = _changed(root, site, before, changes)
@@ -83,12 +83,30 @@ def change_site(root: AnyPath, number: int | None, changes: FloorChanges, buildi
         after = after.model_copy(update={"excluded_rooms": excluded})
         site = _with_part(site, before.number, after)
         names = [name for name, value in before if value != getattr(after, name)]
-        done.append(f"floor {after.number}: {', '.join(names) or 'nothing'} changed")
+        done.append(f"floor {after.number}: {', '.join(names)} changed")
+        number = after.number
         notes, restart = _after_placing(root, before, after)
     if not done:
         raise UsageError("nothing to change is given; pass --name, --elevation-m, --building, or a size or place")
+    if site == original:
+        return SiteChange(("nothing changed, because the site has these properties already",))
     write_site(root, site)
-    return SiteChange((*done, f"written: {root / SITE_FILE}"), tuple(notes), restart)
+    if number is not None and changes.plan is None and changes.lower_left_m is not None:
+        notes = [*notes, *floor_fit_notes(root, number)]
+    return SiteChange((*done, *_size_and_place(root, number), f"written: {root / SITE_FILE}"), tuple(notes), restart)
+
+
+def _size_and_place(root: Path, number: int | None) -> list[str]:
+    """Where the plan of a floor is and how large, if that is known."""
+    floors = read_site(root, follow_links=True)[0].floors
+    extent_m = next((each.extent_m for each in floors if each.number == number), None)
+    if extent_m is None:
+        return []
+    left, right, low, high = extent_m
+    return [
+        f"floor {number} is {right - left:.2f} m x {high - low:.2f} m, with its lower left corner at ({left:.2f}, "
+        f"{low:.2f}) m"
+    ]
 
 
 def floor_part(root: Path, site: SiteFile, number: int | None) -> FloorPart:
@@ -176,6 +194,8 @@ def renumber_floor(root: AnyPath, old: int, new: int) -> SiteChange:
     site = read_site_file(root)
     part = floor_part(root, site, old)
     folder, target = _folder(root, old), root / f"floor_{new}"
+    if new == old:
+        raise UsageError(f"floor {old} already has this number: pass another one")
     if target.exists() or any(each.number == new for each in site.floors):
         raise UsageError(f"{root}: already has a floor {new}; renumber or remove that one first")
     _refuse_walks(root, old, f", renumber the floor, then move them into floor_{new}")
@@ -240,6 +260,7 @@ MAX_SCALE_DIFFERENCE = 0.03
 """Sizes of plans are rounded, and clicks are not exact; a larger difference is a wrong size or another point."""
 
 
+_USUAL_TURN_DEG = 5.0
 MIN_PAIRS = 2
 """So many common points determine turn and shift."""
 
@@ -279,8 +300,22 @@ def align_floor(root: AnyPath, number: int, onto: int, pairs: Sequence[tuple[Poi
             f"{checked}; lengths differ by {abs(found.scale - 1):.1%}",
             f"written: {root / SITE_FILE}",
         ),
-        tuple(f"check that each --pair is FLOOR=ONTO: {note}" for note in floor_fit_notes(root, number)),
+        (
+            *_turn_notes(fit, part, base, len(pairs)),
+            *(f"check that each --pair is FLOOR=ONTO: {note}" for note in floor_fit_notes(root, number)),
+        ),
     )
+
+
+def _turn_notes(fit: Similarity2, part: FloorPart, base: FloorPart, pairs: int) -> list[str]:
+    """Report two points that turn a plan: most plans of a building are drawn the same way up."""
+    turn_deg = abs(math.degrees(fit.rotation_rad))
+    if pairs > MIN_PAIRS or turn_deg <= _USUAL_TURN_DEG:
+        return []
+    return [
+        f"floor {part.number} is turned by {turn_deg:.0f}° against floor {base.number}: if both plans are drawn the "
+        "same way up, the points of a --pair are not the same place, or x and y are exchanged"
+    ]
 
 
 def _refuse_other_scale(part: FloorPart, base: FloorPart, scale: float) -> None:

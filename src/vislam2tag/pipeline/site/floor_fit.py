@@ -11,6 +11,8 @@ from vislam2tag.intake.extents import Box, FloorFit, floor_fit
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.model import Floor
 
+_ODD = (FloorFit.OTHER_SIZE, FloorFit.OTHER_SHAPE)
+
 
 def floor_fit_notes(root: AnyPath, number: int) -> list[str]:
     """Sentences about a floor whose place or size does not fit the other floors, with the command to run.
@@ -22,15 +24,15 @@ def floor_fit_notes(root: AnyPath, number: int) -> list[str]:
     new = floors.pop(number, None)
     if new is None or not floors:
         return []
-    boxes = {each.number: _shared_box(each) for each in floors.values()}
-    nearest = min(floors, key=lambda each: (abs(each - number), each))
+    others = sorted(floors.values(), key=lambda each: (abs(each.number - number), each.number))
     own = _shared_box(new)
-    fits = {each: floor_fit(own, boxes[each]) for each in floors}
+    fits = {each.number: floor_fit(own, _shared_box(each)) for each in others}
     if all(fit is FloorFit.APART for fit in fits.values()):
-        return [_apart(root, new, floors[nearest])]
-    if fits[nearest] in (FloorFit.OTHER_SIZE, FloorFit.OTHER_SHAPE) and new.site_T_bcs == floors[nearest].site_T_bcs:
-        return [_other_size(root, new, floors[nearest], fits[nearest])]
-    return []
+        return [_apart(root, new, others[0])]
+    if FloorFit.FITS in fits.values():
+        return []
+    odd = [each for each in others if fits[each.number] in _ODD and each.site_T_bcs == new.site_T_bcs]
+    return [_other_size(root, new, odd[0], fits[odd[0].number])] if odd else []
 
 
 def _shared_box(floor: Floor) -> Box:

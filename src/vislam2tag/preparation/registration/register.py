@@ -15,6 +15,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.transforms import as_complex
+from vislam2tag.intake.extents import MAX_LOCAL_M
 from vislam2tag.preparation.registration.names import (
     FAR_M,
     LandmarkTable,
@@ -94,8 +95,18 @@ def _named(row: Measurement, rules: NameRules, sigma_m: float, station: str = KN
 def read_known_points(
     path: Path, rules: NameRules, settings: RegistrationSettings
 ) -> tuple[list[Measurement], list[Finding]]:
-    """Read known points (BCS metres; H above the floor); raises SurveyError where a name comes twice."""
+    """Read known points (BCS metres; H above the floor).
+
+    Raises SurveyError where a name comes twice, or coordinates are those of a national grid.
+    """
     rows, findings = read_points(path)
+    for row in rows:
+        if max(abs(row.place.real), abs(row.place.imag)) > MAX_LOCAL_M:
+            raise SurveyError(
+                f"{row.source}: known point {row.point} is at ({row.place.real:.0f}, {row.place.imag:.0f}) m, as in a "
+                "national grid, but --control needs building coordinates. Pass the points of the grid with --station, "
+                "and at least two of them in building coordinates with --control"
+            )
     found: dict[str, Measurement] = {}
     for row in rows:
         one = _named(row, rules, settings.control_sigma_m)

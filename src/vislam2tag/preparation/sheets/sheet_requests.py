@@ -94,7 +94,10 @@ def requested_sheets(source: Path | None, ids: str | None) -> tuple[tuple[SheetR
     if wanted is not None:
         found = _picked(source, found, wanted)
     if not found:
-        raise SurveyError(f"{source}: contains no landmark; add rows to {LANDMARK_FILE}, or pass --ids without SITE")
+        raise SurveyError(
+            f"{source}: contains no landmark; plan landmarks with vislam2tag plan SITE --out plan --write, add rows to "
+            f"{LANDMARK_FILE}, or pass --ids without SITE"
+        )
     return tuple(found), findings
 
 

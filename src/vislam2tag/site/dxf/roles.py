@@ -20,6 +20,8 @@ _NEAR = 0.15
 """How far a door's leaf may be from the centre and the end of its swing, by its radius."""
 _LEAF_POINTS = 6
 _SWING_DEG = (50.0, 130.0)
+_HANDLE = 0.2
+"""An arc smaller than this, by the widest swing, is not a swing of a door."""
 
 
 @dataclass(frozen=True)
@@ -36,16 +38,18 @@ _WALLS, _DOORS = Role(Became.WALLS), Role(Became.DOORS)
 def roles_of(drawn: Drawn, source: PlanSource, unit_m: float | None) -> list[Role]:
     """Return what each line becomes.
 
-    Raises OSError, whose text completes a sentence about the file, for layers that are not there, and without walls.
+    Raises OSError, whose text completes a sentence about the file, for layers that are not there or that are named
+    as two things, and without walls.
     """
     layers = sorted({line.layer for line in drawn.lines})
     for pattern in (*source.layers, *source.doors, *source.ignore):
         if not any(_matches(layer, [pattern]) for layer in (*layers, *(layer for layer, _ in drawn.texts))):
             raise OSError(_no_layer(pattern, layers, drawn))
+    asked = {layer: _asked(layer, source) for layer in layers}
     kinds = [_kind(line) for line in drawn.lines]
     guess = guesses_walls(drawn, source)
     roles = [
-        _chosen(line, kind, source) or _by_name(line, kind, guess)
+        _chosen(line, kind, asked[line.layer], walls_given=bool(source.layers)) or _by_name(line, kind, guess)
         for line, kind in zip(drawn.lines, kinds, strict=True)
     ]
     if unit_m is not None:
@@ -89,15 +93,24 @@ def _kind(line: DrawnLine) -> Kind:
     return layer if line.own and layer in BUILT else line.block
 
 
-def _chosen(line: DrawnLine, kind: Kind, source: PlanSource) -> Role | None:
+def _asked(layer: str, source: PlanSource) -> list[str]:
+    """Options that choose a layer, of which the first counts: those that name it, else those with ``*`` or ``?``."""
+    ways = {"--ignore": source.ignore, "--doors": source.doors, "--walls": source.layers}
+    named = [way for way, names in ways.items() if layer.casefold() in map(str.casefold, names)]
+    if len(named) > 1:
+        raise OSError(f"has one layer {layer}, which {' and '.join(named)} both name: keep one of them")
+    return named or [way for way, patterns in ways.items() if _matches(layer, patterns)]
+
+
+def _chosen(line: DrawnLine, kind: Kind, asked: Sequence[str], *, walls_given: bool) -> Role | None:
     """The role by what the user chose."""
-    if _matches(line.layer, source.ignore):
+    if asked[:1] == ["--ignore"]:
         return Role(Became.LEFT_OUT, "as chosen")
-    if line.block is Kind.DOOR or _matches(line.layer, source.doors):
-        return _DOORS
-    if not source.layers:
+    if line.block is Kind.DOOR or asked[:1] == ["--doors"]:
+        return Role(Became.DOORS, "--doors counts before --walls") if len(asked) > 1 else _DOORS
+    if not walls_given:
         return None
-    if not _matches(line.layer, source.layers):
+    if not asked:
         return _DOORS if kind is Kind.DOOR else Role(Became.LEFT_OUT, "not among the layers of walls")
     return _WALLS if line.own or line.block in (Kind.UNKNOWN, *BUILT) else Role(Became.LEFT_OUT, line.block.value)
 
@@ -154,7 +167,8 @@ def _swing(line: DrawnLine) -> tuple[FloatArray, float, FloatArray] | None:
     return (centre, radius, np.stack((start, end))) if is_swing else None
 
 
-def widest_swing(lines: Sequence[DrawnLine], roles: Sequence[Role]) -> float | None:
-    """Radius of the widest door swing, units of the file; None if no swing is drawn."""
-    swings = [_swing(line) for line, role in zip(lines, roles, strict=True) if role == _DOORS]
-    return max((swing[1] for swing in swings if swing is not None), default=None)
+def usual_swing(lines: Sequence[DrawnLine], roles: Sequence[Role]) -> float | None:
+    """Radius of the usual door swing, units of the file, without handles and hinges; None if no swing is drawn."""
+    swings = [_swing(line) for line, role in zip(lines, roles, strict=True) if role.became is Became.DOORS]
+    radii = np.array([swing[1] for swing in swings if swing is not None])
+    return float(np.median(radii[radii >= _HANDLE * radii.max()])) if len(radii) else None

@@ -13,7 +13,7 @@ from vislam2tag.core.arrays import FloatArray
 from vislam2tag.intake.extents import unit_doubt, unit_fits
 from vislam2tag.site.dxf.entities import Drawn, drawn_entities, open_dxf
 from vislam2tag.site.dxf.layers import Kind, kind_of
-from vislam2tag.site.dxf.roles import Role, guesses_walls, roles_of, widest_swing
+from vislam2tag.site.dxf.roles import Role, guesses_walls, roles_of, usual_swing
 from vislam2tag.site.plans.drawing import PlanDrawing, PlanFormat, bounds_of, cropped, file_bytes, register
 from vislam2tag.site.plans.features import segments
 from vislam2tag.site.plans.parts import building_and_strays
@@ -44,10 +44,11 @@ def read_dxf(path: Path, source: PlanSource) -> PlanDrawing:
     if source.area is not None:
         (left, right), (low, high) = sorted(source.area[::2]), sorted(source.area[1::2])
         drawing = cropped(drawing, (left, right, low, high))
+    door = usual_swing(drawn.lines, roles)
     given = source.epsg is not None or any(getattr(source, scale) is not None for scale in SCALES)
     if stated_m is not None and not given:
-        notes += _doubted_unit(document, drawing, widest_swing(drawn.lines, roles))
-    return PlanDrawing(**vars(drawing) | {"taken": _taken(drawn, roles), "notes": tuple(notes)})
+        notes += _doubted_unit(document, drawing, door)
+    return PlanDrawing(**vars(drawing) | {"door": door, "taken": _taken(drawn, roles), "notes": tuple(notes)})
 
 
 def _stated_unit_m(document: Any) -> float | None:

@@ -18,7 +18,7 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Affine2, Similarity2
-from vislam2tag.site.georeference import Georeference, from_wgs84
+from vislam2tag.site.georeference import Georeference, from_wgs84, refuse_other_place
 from vislam2tag.site.plans.source import Extent, PlanPolygon, PlanSource, PlanText, Point
 from vislam2tag.site.plans.taken_parts import TakenPart
 
@@ -50,6 +50,8 @@ class PlanDrawing:
     walls: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     doors: FloatArray = field(default_factory=lambda: np.empty((0, 2, 2)))
     """(d, 2, 2) lines of door leaves, drawn pale: no one is stopped by them."""
+    door: float | None = None
+    """Radius of the usual door swing, units of the file; None if no swing is drawn."""
     passages: tuple[FloatArray, ...] = ()
     texts: tuple[PlanText, ...] = ()
     """What is written on it; each place is a point in the drawing's coordinates."""
@@ -281,7 +283,13 @@ def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference 
     if epsg is None:
         return drawing, _scaled(drawing, source, points, drawing.unit_m)
     to_wgs84 = _transformer(epsg)
-    frame = georeference or _middle(drawing.bounds, to_wgs84)
+    middle = _middle(drawing.bounds, to_wgs84)
+    if georeference is not None:
+        try:
+            refuse_other_place(georeference, middle)
+        except ValueError as error:
+            raise OSError(str(error)) from error
+    frame = georeference or middle
 
     def plane(points: FloatArray) -> FloatArray:
         """Project points (..., 2) onto the plane that touches the earth at the frame."""

@@ -27,10 +27,11 @@ def in_order(levels: frozenset[str]) -> list[str]:
 def chosen_level(levels: Sequence[Sequence[str]], wanted: str | None) -> int:
     """Return which level has the name ``wanted``: the first for an empty text, the only one if None is wanted.
 
-    Each level has one or more names, the best to read last. Raises OSError, whose text completes a sentence about the
-    file, if none or several are meant.
+    Each level has one or more names, the best to read last and one that no other has first. Raises OSError, whose text
+    completes a sentence about the file, if none or several are meant.
     """
-    there = ", ".join(names[-1] for names in levels)
+    shown = [names[-1] for names in levels]
+    there = ", ".join(name if shown.count(name) == 1 else names[0] for name, names in zip(shown, levels, strict=True))
     if not levels:
         raise OSError("has no levels: leave out --level")
     if wanted is None and len(levels) > 1:

@@ -17,7 +17,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Affine2
-from vislam2tag.intake.extents import FLOOR, too_far
+from vislam2tag.intake.extents import FLOOR, fitting_units, too_far
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.model import Floor
 from vislam2tag.site.plan_formats.raster import IMAGES
@@ -127,6 +127,8 @@ class PlanLook:
     """Metres on paper a unit, if the file says so."""
     unit_m: float | None = None
     """Metres a unit, if the file says so."""
+    door: float | None = None
+    """Radius of the usual door swing in the file's units, if swings are drawn."""
     drawn: Bounds | None = None
     """Of a picture without a frame: the box around the largest drawing; None if that fills the picture."""
     levels: tuple[str, ...] = ()
@@ -189,6 +191,7 @@ def _look(path: Path, source: PlanSource) -> PlanLook:
         drawing.downwards,
         drawing.paper_m,
         drawing.unit_m,
+        drawing.door,
         None if certain else box,
         drawing.levels,
         drawing.taken,
@@ -212,7 +215,7 @@ def _extent(path: Path, source: PlanSource, georeference: Georeference | None) -
     else:
         drawing.picture(_TRIED_PX)
         extent = turned_bounds(drawing.bounds, bcs_T_plan)
-    _refuse_size(extent)
+    _refuse_size(extent, drawing)
     return extent
 
 
@@ -237,14 +240,16 @@ def _moved(path: Path, source: PlanSource, lower_left_m: Point) -> PlanSource:
     return source.model_copy(update={"points": (first, second), "unit_m": None})
 
 
-def _refuse_size(extent: Bounds) -> None:
+def _refuse_size(extent: Bounds, drawing: PlanDrawing) -> None:
     """Raise OSError, whose text completes a sentence about the file, for a plan that is not a building's."""
+    left, right, low, high = drawing.bounds
+    fitting = "" if drawing.picture else fitting_units((right - left, high - low), drawing.door)
     left, right, low, high = extent
     if FLOOR.refuses(right - left) or FLOOR.refuses(high - low):
         raise OSError(
             f"is {right - left:g} m wide and {high - low:g} m high, from ({left:g}, {low:g}) to ({right:g}, "
-            f"{high:g}); a side may be {FLOOR.least_m:g} to {FLOOR.greatest_m:g} m long: correct its scale, or remove "
-            "lines that are drawn far away"
+            f"{high:g}); a side may be {FLOOR.least_m:g} to {FLOOR.greatest_m:g} m long: correct its scale"
+            f"{f' ({fitting})' if fitting else ''}, or remove lines that are drawn far away"
         )
     if far := too_far(["a corner"], np.array([[max(map(abs, extent)), 0.0]])):
         raise OSError(f"cannot be used: {far}. For the plan, pass --lower-left 0,0")
@@ -254,12 +259,12 @@ def _load(floor: Floor, path: Path, side_px: int) -> FloorPlan:
     source = floor.source or _published(floor, path)
     drawing, bcs_T_plan = placed(read_drawing(path, source), source, floor.georeference)
     if drawing.picture is not None:
-        _refuse_size(turned_bounds(drawing.bounds, bcs_T_plan))
+        _refuse_size(turned_bounds(drawing.bounds, bcs_T_plan), drawing)
         side_px = min(side_px, _useful_px(drawing, bcs_T_plan))
         image, extent = upright(drawing.picture(side_px), drawing.bounds, bcs_T_plan)
         return FloorPlan(extent, image, texts=mapped_texts(drawing.texts, lambda points: bcs_T_plan @ points))
     own = mapped(drawing, lambda points: bcs_T_plan @ points)
-    _refuse_size(own.bounds)
+    _refuse_size(own.bounds, drawing)
     polygons = (*own.polygons, *(_opening(line) for line in own.passages))
     image = drawn_plan(own.bounds, polygons, own.walls, own.doors, side_px)
     return FloorPlan(own.bounds, image, polygons, own.walls, own.texts, own.doors)
