@@ -108,7 +108,7 @@ def _other_plan(given: SetOptions, placing: dict[str, Any]) -> tuple[Any, list[s
         old = before.extent or before.distance or before.scale
         corner = None if old is None else list(old.lower_left_m)
     back = {_ENTRIES[name] for name in _ENTRIES if getattr(given, name) == (_BACK,)}
-    parts = {name: () if _ENTRIES.get(name) in back else getattr(given, name) for name in _PARTS}
+    parts: dict[str, Any] = {name: () if _ENTRIES.get(name) in back else getattr(given, name) for name in _PARTS}
     options = InitOptions(site=given.site, lower_left=corner if placing else None, **parts, **placing)
     asked = plan_source(options, Path(before.file))
     names = asked.model_fields_set - {"file"}

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 from skimage.morphology import skeletonize
 
-from vislam2tag.core.arrays import BoolArray, FloatArray
+from vislam2tag.core.arrays import BoolArray
 from vislam2tag.site.plans.taken_parts import Became, TakenPart
 from vislam2tag.site.walkable.painted_cells import parts_of, widened
 
 _Bytes = npt.NDArray[np.uint8]
+_Degrees = npt.NDArray[np.floating[Any]]
 
 _VIVID, _LEAST_VIVID = 0.3, 25
 """Channels of colours differ by more than this share of the contrast with the paper, and by so much of 255. The share
@@ -80,7 +82,7 @@ def coloured_lines(image: _Bytes, paper: _Bytes, ink: BoolArray, symbol_px: floa
     return _by_colour(vivid, hue, walls_m, symbol_px)
 
 
-def _by_colour(vivid: BoolArray, hue: FloatArray, walls_px: float, symbol_px: float) -> ColouredLines:
+def _by_colour(vivid: BoolArray, hue: _Degrees, walls_px: float, symbol_px: float) -> ColouredLines:
     """Decide for each colour of ``vivid`` (rows, columns) ink with a ``hue`` by the length of its lines."""
     left_out, taken, notes = np.zeros_like(vivid), [], []
     number = np.digitize(hue, [up_to for _, up_to in _COLOURS])
@@ -104,7 +106,7 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g} %"
 
 
-def _main_hue(hue: FloatArray) -> float:
+def _main_hue(hue: _Degrees) -> float:
     """The most frequent hue, degrees."""
     count = np.bincount(np.round(hue / 10).astype(int) % 36, minlength=36)
     return 10.0 * int((np.roll(count, 1) + count + np.roll(count, -1)).argmax())
