@@ -29,10 +29,14 @@ export function said(sentence: string): string {
 function inGerman(sentence: string): string {
   for (const { whole, german } of patterns) {
     const parts = whole.exec(sentence);
-    if (parts) return german.replace(/\{(\d+)\}/g, (_, place: string) => inGerman(listed(parts[Number(place)])));
+    if (parts) return german.replace(/\{(\d+)\}/g, (_, place: string) => inGerman(withCommas(listed(parts[Number(place)]))));
   }
   return sentence;
 }
+
+/** Numbers as Germans write them, such as 4,04; 4,29: texts that are nothing but numbers, with signs or a unit. */
+const withCommas = (part: string): string =>
+  /^[-+±(]*\d+\.\d+(, -?\d+(\.\d+)?)*\)?( [%m])?$|^[-+±(]*\d+(, -?\d+\.\d+)+\)?( [%m])?$/.test(part) ? part.replaceAll(', ', '; ').replaceAll('.', ',') : part;
 
 /** Names between commas and "and". */
 const listed = (part: string): string => (/^[\w.:\-/ ]+(, [\w.:\-/ ]+)* and [\w.:\-/]+$/.test(part) ? part.replace(/ and ([^ ]+)$/, ' und $1') : part);

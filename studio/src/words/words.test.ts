@@ -2,7 +2,7 @@ import { expect, test } from 'vitest';
 import { de } from './de';
 import { en } from './en';
 import { said } from './sentences';
-import { clock, minutes, named, t, words } from './words.svelte';
+import { clock, coordinates, minutes, named, t, words } from './words.svelte';
 
 const places = (text: string) => [...text.matchAll(/\{\w+\}/g)].map(String).sort();
 
@@ -13,6 +13,9 @@ test('every German text has the places of the English one', () => {
 test('texts follow the language, unknown names are shown as they are', () => {
   words.language = 'de';
   expect(t('walks.count', { shown: 2, all: 3 })).toBe('2 von 3 Aufnahmen');
+  expect(t('walks.count', { shown: 1, all: 1 })).toBe('1 von 1 Aufnahme');
+  expect(t('diagnose.corrected', { count: 2 })).toMatch(/^Alle 2 bisher/);
+  expect(coordinates([4.042, -0.001])).toBe('4,04; 0,00');
   expect(named('colour', 'age')).toBe('Alter');
   expect(named('colour', 'not_known')).toBe('not known');
   words.language = 'en';
@@ -28,7 +31,7 @@ test('sentences of the server are German where the page is, their parts too', ()
   expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toMatch(/^landmark 11/);
   words.language = 'de';
   expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toBe(
-    'Landmarke 11 von Stockwerk 1 ist bei (7.2, 21.93) ± 0.08 m, 2.9 m entfernt von der Angabe der Tabelle',
+    'Landmarke 11 von Stockwerk 1 ist bei (7,2; 21,93) ± 0,08 m, 2,9 m entfernt von der Angabe der Tabelle',
   );
   expect(said(evidence)).toMatch(/^7 Beobachtungen von Landmarken passen mit dieser Korrektur, ohne sie kaum eine; die Tabelle ist sicher gespiegelt/);
   expect(said('landmarks 2, 9 and 4 of floor 1 are mixed up: 2 where 9 should')).toBe(
