@@ -46,6 +46,8 @@ class Choice {
 
   /** Id of the session that stands out. */
   session = $state<string | null>(null);
+  /** Id of the one that stood out last. */
+  lastSession = $state<string | null>(null);
   /** Seconds after its first frame. */
   time = $state(0);
   /** A part of the walk painted on the slider: from, to; seconds. */
@@ -79,6 +81,7 @@ export const choice = new Choice();
 
 export function chooseSession(id: string | null): void {
   choice.session = id;
+  if (id !== null) choice.lastSession = id;
   [choice.time, choice.span] = [0, null];
   const session = id === null ? undefined : data.byId.get(id);
   if (!session) return;
