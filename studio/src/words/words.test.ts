@@ -2,6 +2,8 @@ import { expect, test } from 'vitest';
 import { de } from './de';
 import { en } from './en';
 import { said } from './sentences';
+import german from './sentences.de.json';
+import english from './sentences.en.json';
 import { clock, coordinates, minutes, named, t, words } from './words.svelte';
 
 const places = (text: string) => [...text.matchAll(/\{\w+\}/g)].map(String).sort();
@@ -48,4 +50,24 @@ test('sentences of the server are German where the page is, their parts too', ()
   expect(said('Tap one known place in the studio, or add set_tap to corrections.toml, best where the walk was at 0:28 (at_s = 28)')).toMatch(/eintragen, am besten den bei 0:28 \(at_s = 28\)$/);
   expect(said('something else')).toBe('something else');
   words.language = 'en';
+});
+
+test.each(['en', 'de'] as const)('no sentence of the server names an option of the command line (%s)', (language) => {
+  words.language = language;
+  const filled = Object.keys(german).map((sentence) => sentence.replace(/\{(\d+)\}/g, 'part$1'));
+  const naming = filled.filter((sentence) => said(sentence).includes('--'));
+  words.language = 'en';
+  expect(naming).toEqual([expect.stringMatching(/run: vislam2tag process SURVEY --out LABELS --together$/)]); // a command to run
+});
+
+test('what the page says instead of options is about sentences that the server has', () => {
+  expect(Object.keys(english).filter((sentence) => !(sentence in german))).toEqual([]);
+  expect(said('floor 2: has no wall for a sheet; allow larger sheets (--paper A1) or fewer forbidden places')).toBe(
+    'floor 2: has no wall for a sheet; allow larger sheets (A1 under \'Paper\') or fewer forbidden places',
+  );
+});
+
+test('no sentence has a minus before zero', () => {
+  expect(said('Landmark 3 is placed at (-0.00, -0.05) since -0.')).toBe('Landmark 3 is placed at (0.00, -0.05) since 0.');
+  expect(said('65 instead of -0.04 on 2021-0-0')).toBe('65 instead of -0.04 on 2021-0-0');
 });
