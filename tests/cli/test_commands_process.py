@@ -278,6 +278,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     assert done.returncode == 0
     assert "kept" not in done.stdout
     assert len(open_dataset(out / "dataset").info.sources) == 1
+    assert "Changes since the last run" in (out / "index.html").read_text()
     assert "1 sessions (0 failed); frames labelled: " in done.stdout
 
 
@@ -297,4 +298,4 @@ def test_what_is_wrong_is_told_first(tmp_path: Path, own: bool) -> None:
     faults = [line for line in done.stdout.splitlines() if line.startswith("wrong: ")]
     assert faults
     assert f"next: vislam2tag diagnose {survey} --apply" in done.stdout
-    assert "Problems" in (tmp_path / "out" / "index.html").read_text()
+    assert "Correct a fault" in (tmp_path / "out" / "index.html").read_text()

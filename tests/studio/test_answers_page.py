@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page, ViewportSize, expect
 
 from tests.studio.running import running_studio
-from tests.studio.test_page import LATEST_MS, studio_page, watched_page
+from tests.studio.test_page import LATEST_MS, open_view, studio_page, watched_page
 from tests.surveys import make_survey
 from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
@@ -29,7 +29,7 @@ def browser() -> Iterator[Browser]:
 
 
 def diagnose_tab(page: Page) -> None:
-    page.get_by_role("tab", name="Diagnose").click()
+    open_view(page, "Faults")
 
 
 @pytest.mark.slow
@@ -73,12 +73,12 @@ def test_three_answers(
         running_studio(survey, "--labels", str(labels), "--jobs", "1") as server,
         watched_page(browser, server.url, server.token) as page,
     ):
-        expect(page.get_by_role("tab", name="Diagnose")).to_be_visible(timeout=LATEST_MS)
+        expect(page.get_by_role("tab", name="Faults")).to_be_visible(timeout=LATEST_MS)
         for language, sentence in zip(("en", "de"), expected, strict=True):
             page.evaluate(f"localStorage.setItem('language', '{language}')")
             page.reload()
             for name, size in SCREENS.items():
                 page.set_viewport_size(size)
-                page.get_by_role("tab", name="Diagnose").click()
+                open_view(page, "Faults")
                 expect(page.locator(".cards")).to_contain_text(sentence, timeout=LATEST_MS)
                 page.screenshot(path=tmp_path / f"{language}-{name}.png")

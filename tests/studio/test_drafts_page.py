@@ -17,7 +17,7 @@ from tests.preparation.planning.floors import write_ring_site
 from tests.site.plans import drawn_floor
 from tests.studio.running import running_studio
 from tests.studio.test_from_plan_to_link import WIDE, extent_of, pixel, sound, step
-from tests.studio.test_page import watched_page
+from tests.studio.test_page import open_view, watched_page
 from tests.views.browser import running_browser
 
 THEIRS = '# theirs\n[[exclude_landmark]]\nid = "theirs"\n'
@@ -48,7 +48,7 @@ def is_loaded(page: Page) -> None:
 
 def add(page: Page, name: str) -> None:
     """Save a correction by the form."""
-    page.get_by_role("tab", name="Corrections").click()
+    open_view(page, "Corrections")
     form = page.locator("details > form")
     if not form.is_visible():
         page.get_by_text("Add a correction").click()
@@ -146,11 +146,11 @@ def test_a_change_of_an_entry_is_kept_and_says_if_someone_else_changed_it(browse
 
 def comes_again(page: Page, tab: str) -> None:
     """Leave the tab and return to it, then load the page again and return to it."""
-    page.get_by_role("tab", name="Compare").click()
-    page.get_by_role("tab", name=tab).click()
+    open_view(page, "Compare")
+    open_view(page, tab)
     page.reload()
     is_loaded(page)
-    page.get_by_role("tab", name=tab).click()
+    open_view(page, tab)
 
 
 @pytest.mark.slow
@@ -180,7 +180,7 @@ def test_painted_walls_stay_and_ctrl_z_takes_a_stroke_back(browser: Browser, tmp
         page.keyboard.press("Control+Shift+z")
         expect(area).to_have_attribute("data-area", areas[2])
 
-        page.get_by_role("tab", name="Corrections").click()
+        open_view(page, "Corrections")
         page.get_by_role("tab", name="Prepare").click()
         expect(area).to_have_attribute("data-area", areas[2])
         page.locator(".map-tools select").first.select_option("2")
@@ -247,7 +247,7 @@ def test_a_plan_of_landmarks_stays_until_it_is_written(browser: Browser, tmp_pat
 
 def comes_again_to_the_plan(page: Page) -> None:
     """As :func:`comes_again`; the step is open after a change of tab, and closed after a reload."""
-    page.get_by_role("tab", name="Compare").click()
+    open_view(page, "Compare")
     page.get_by_role("tab", name="Prepare").click()
     expect(page.locator("[data-error]")).to_be_visible()
     page.reload()
@@ -268,7 +268,7 @@ def test_a_dropped_plan_stays_with_what_was_typed_of_it(browser: Browser, tmp_pa
         expect(page.get_by_text("Point 1:")).to_be_visible()
         page.get_by_label("Distance (m)").fill("20")
         someone_else_writes(page, file, THEIRS)
-        page.get_by_role("tab", name="Compare").click()
+        open_view(page, "Compare")
         page.get_by_role("tab", name="Prepare").click()
         expect(page.get_by_label("Distance (m)")).to_have_value("20")
         page.reload()

@@ -19,7 +19,7 @@ from tests.studio.receiving.zips import digest, session_zip, signed
 from tests.studio.running import running_studio
 from tests.studio.sharing.file_servers import plain_server, range_server, shown
 from tests.studio.sharing.test_export import WHOLE
-from tests.studio.test_page import click, errors_of, idle, open_tab, press, watched_page
+from tests.studio.test_page import WALKS, click, errors_of, idle, open_tab, open_view, press, watched_page
 from tests.studio.test_prepare import POINTS, station_files
 from tests.views.browser import running_browser
 from vislam2tag.datasets.folder import open_dataset
@@ -230,7 +230,7 @@ def walks_on(survey: Path, out: Path) -> list[bytes]:
 
 def has_nothing_to_share_yet(page: Page) -> None:
     """What a job says that fails stays on the page."""
-    open_tab(page, "Share", click)
+    open_tab(page, "Data and radio", click)
     page.get_by_role("button", name="Build the data set").click()
     expect(page.get_by_role("alert")).to_contain_text("survey")
     page.get_by_role("alert").get_by_role("button", name="Close").click()
@@ -273,7 +273,7 @@ def hand_over(collecting: dict[str, Any], data: bytes) -> httpx.Response:
 
 
 def corrects_the_swapped_landmarks(page: Page, ids: set[str]) -> None:
-    open_tab(page, "Diagnose", click)
+    open_view(page, "Faults")
     card = page.locator(".cards > li[data-kind=swapped]")
     expect(card).to_contain_text("are interchanged")
     card.get_by_role("button", name="Correct").click()
@@ -284,12 +284,9 @@ def corrects_the_swapped_landmarks(page: Page, ids: set[str]) -> None:
 
 
 def shares_data_set_and_page(page: Page) -> None:
-    open_tab(page, "Share", click)
-    page.get_by_label("Remove network names (SSID)").check()
-    page.get_by_label("Hash network addresses (BSSID)").check()
-    page.get_by_role("button", name="Build the data set").click()
-    page.get_by_role("button", name="Build the page").click()
-    for part, file in (("Data set", "report.html"), ("Static page", "index.html")):
+    for tab, part, file in (("Data", "Data set", "report.html"), ("Share", "Static page", "index.html")):
+        open_tab(page, tab, click)
+        page.get_by_role("region", name=part).locator("button.main").click()
         expect(page.get_by_role("region", name=part).get_by_role("status")).to_contain_text(f"open {file} in")
     sound(page)
 
@@ -298,7 +295,7 @@ def follows_a_link(browser: Browser, folder: Path) -> None:
     """It is made on a server that gives parts of files, and followed there and on one that gives whole files."""
     with range_server(folder) as url:
         with shown(browser, url, 1200) as (page, answers):
-            page.locator(".list .row").nth(1).click()
+            page.locator(f"{WALKS} button").nth(1).click()
             page.locator(".time .slider").fill("21.5")
             page.get_by_role("button", name="Copy link to this moment").click()
             link = page.url.partition("#")[2]

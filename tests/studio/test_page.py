@@ -24,6 +24,7 @@ from tests.views.browser import running_browser
 
 LATEST_MS = 120_000
 expect.set_options(timeout=LATEST_MS)
+WALKS = ".walks tbody tr"
 KINDS = {"swapped", "mis_surveyed", "moved", "wrong_floor"}
 NEAR_M = 0.3
 Act = Callable[[Locator], None]
@@ -109,13 +110,26 @@ def choose(select: Locator, text: str, act: Act) -> None:
         select.select_option(label=text)
 
 
+CHECK = {"Walks", "Faults", "Landmarks", "Corrections", "Compare"}
+"""Views of one step."""
+
+
+def open_view(page: Page, name: str, act: Act = click) -> None:
+    """A view by the tab of its step, and its own where the step has several."""
+    if name in CHECK:
+        open_tab(page, "Check", act)
+    open_tab(page, name, act)
+
+
 def open_tab(page: Page, name: str, act: Act) -> None:
     """Tabs of one bar: one of them is in the order of the Tab key, arrows lead to the others."""
+    tab = page.get_by_role("tab", name=name)
     if act is not press:
-        return act(page.get_by_role("tab", name=name))
-    press(page.locator("[role=tab][aria-selected=true]"))
-    for _ in page.get_by_role("tab").all():
-        if page.get_by_role("tab", name=name).get_attribute("aria-selected") == "true":
+        return act(tab)
+    bar = page.get_by_role("tablist").filter(has=tab)
+    press(bar.locator("[role=tab][aria-selected=true]"))
+    for _ in bar.get_by_role("tab").all():
+        if tab.get_attribute("aria-selected") == "true":
             return None
         page.keyboard.press("ArrowRight")
     raise AssertionError(f"arrow keys do not lead to {name}")
@@ -137,7 +151,7 @@ def idle(page: Page) -> None:
 
 
 def correct_all(page: Page, act: Act) -> None:
-    open_tab(page, "Diagnose", act)
+    open_view(page, "Faults", act)
     cards = page.locator(".cards > li[data-kind]")
     expect(cards).to_have_count(len(KINDS), timeout=LATEST_MS)
     assert {card.get_attribute("data-kind") for card in cards.all()} == KINDS
@@ -203,7 +217,7 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
             with page.expect_response(lambda answer, output=output: f"/api/tracks?output={output}" in answer.url):  # type: ignore[misc]
                 act(flip)
         adds_an_entry(page, act)
-        open_tab(page, "Compare", act)
+        open_view(page, "Compare", act)
         choose(page.get_by_label("Second"), "before the last change", act)
         act(page.get_by_role("button", name="Compare", exact=True))
         expect(page.get_by_label("Divider between the two maps")).to_be_visible(timeout=LATEST_MS)
@@ -236,11 +250,11 @@ def test_labels_that_are_missing_are_made(browser: Browser, faulty: Path, tmp_pa
     shutil.copytree(faulty / "survey", one / "survey", ignore=shutil.ignore_patterns("LG", "OnePlus", "2021-12-22T1*"))
     (one / "labels").mkdir()
     with studio_page(browser, one, tmp_path, jobs=2) as (page, folder):
-        walks = page.locator(".list .row")
+        walks = page.locator(WALKS)
         count = walks.count()
         expect(walks.filter(has_text="no labels")).to_have_count(count)
-        page.get_by_role("button", name=f"Process {count} walks").click()
-        expect(walks.filter(has_text="% labelled")).to_have_count(count, timeout=LATEST_MS)
+        page.get_by_role("button", name=f"Process {count} walk").click()
+        expect(walks.filter(has_text="%")).to_have_count(count, timeout=LATEST_MS)
         expect(page.get_by_role("button", name="with missing or outdated labels")).to_have_count(0)
         assert len(list((folder / "labels" / "trajectory").glob("*.parquet"))) == count
 
@@ -257,7 +271,7 @@ def made_otherwise(labels: Path, other: Path, shift_m: float) -> Path:
 
 
 def compares_two_outputs(page: Page) -> None:
-    page.get_by_role("tab", name="Compare").click()
+    open_view(page, "Compare")
     page.get_by_label("First").select_option(label="other labels: one (one)")
     page.get_by_label("Second").select_option(label="other labels: two (two)")
     page.get_by_role("button", name="Compare", exact=True).click()
@@ -279,19 +293,21 @@ def compares_two_outputs(page: Page) -> None:
     assert (pictures[0.5][:, left] == pictures[1][:, left]).all()
     assert (pictures[0.5][:, right] == pictures[0][:, right]).all()
     page.get_by_role("button", name="Stop comparing").click()
-    page.get_by_role("tab", name="Walks").click()
+    open_view(page, "Walks")
 
 
 def filters(page: Page) -> None:
-    rows = page.locator(".list .row")
+    rows = page.locator(WALKS)
     expect(rows).to_have_count(12)
+    sorts(page)
+    page.get_by_text("Filter", exact=True).click()
     page.locator(".filters").get_by_label("Device").select_option("LG")
     expect(rows).to_have_count(4)
     page.get_by_label("Search").fill("2021-12-22")
     expect(rows).to_have_count(2)
     page.get_by_label("Search").fill("nothing like it")
     expect(page.get_by_text("No walk matches the filter.")).to_be_visible()
-    page.get_by_label("Search").fill("")
+    page.get_by_label("Search", exact=True).fill("")
     page.locator(".filters").get_by_label("Device").select_option("")
     page.locator(".filters").get_by_label("Date").select_option("2021-12-21")
     assert 0 < rows.count() < 12
@@ -301,6 +317,20 @@ def filters(page: Page) -> None:
     assert 0 < rows.count() < 12
     assert all("warning" in row.inner_text() for row in rows.all())
     page.locator(".filters").get_by_label("Finding").select_option("")
+
+
+def sorts(page: Page) -> None:
+    """By the labelled share, down and up; the head says so to readers of the screen."""
+    head = page.get_by_role("columnheader").filter(has_text="Labelled")
+    shares = []
+    for direction in ("ascending", "descending"):
+        head.get_by_role("button").click()
+        expect(head).to_have_attribute("aria-sort", direction)
+        shares.append([float(text.split()[0]) for text in page.locator(f"{WALKS} td:nth-child(2)").all_inner_texts()])
+    assert shares[0] == sorted(shares[0])
+    assert shares[1] == sorted(shares[0], reverse=True)
+    assert shares[0][0] < shares[0][-1]
+    page.get_by_role("columnheader").first.get_by_role("button").click()
 
 
 def shows_everything_on_the_map(page: Page) -> None:
@@ -337,7 +367,7 @@ def picture(page: Page, style: str | None = None) -> np.ndarray[Any, Any]:
 
 def follows_what_others_change(page: Page, corrections: Path) -> None:
     """What an editor or a second studio writes is seen, and a change made before it is refused, not written over it."""
-    page.get_by_role("tab", name="Landmarks").click()
+    open_view(page, "Landmarks")
     page.locator(".list .row").nth(3).click()
     page.locator(".chosen").get_by_role("button", name="Show the change").first.click()
     save = page.get_by_role("button", name="Save and process again")
@@ -348,7 +378,7 @@ def follows_what_others_change(page: Page, corrections: Path) -> None:
     expect(page.get_by_role("alert")).to_contain_text("was changed by someone else", timeout=LATEST_MS)
     assert corrections.read_text() == theirs
     page.get_by_role("button", name="Close").last.click()
-    page.get_by_role("tab", name="Corrections").click()
+    open_view(page, "Corrections")
     entry = page.locator(".cards > li")
     expect(entry).to_contain_text("nobody's", timeout=LATEST_MS)
     expect(entry).to_contain_text("has no effect", timeout=LATEST_MS)
@@ -357,7 +387,7 @@ def follows_what_others_change(page: Page, corrections: Path) -> None:
 
 
 def time_and_span(page: Page) -> None:
-    page.locator(".list .row").first.click()
+    page.locator(f"{WALKS} button").first.click()
     moment = page.locator(".time output")
     expect(moment).to_contain_text("/ 2:", timeout=LATEST_MS)
     expect(page.locator(".strip .landmark").first).to_be_attached()  # keys lead to what has come
@@ -383,12 +413,12 @@ def time_and_span(page: Page) -> None:
     lines = page.get_by_role("dialog")
     expect(lines).to_contain_text("[[exclude_span]]")
     expect(lines).to_contain_text("from_s = 1")
-    expect(lines).to_contain_text("1 walks will be processed again")
+    expect(lines).to_contain_text("1 walk will be processed again")
     page.get_by_role("button", name="Do not save").click()
 
 
 def drags_a_landmark(page: Page) -> None:
-    page.get_by_role("tab", name="Landmarks").click()
+    open_view(page, "Landmarks")
     page.locator(".list .row").nth(3).click()
     page.wait_for_timeout(1000)
     x, y = page.get_by_label("x (m)"), page.get_by_label("y (m)")
@@ -432,7 +462,7 @@ ENTRIES: dict[str, dict[str, str]] = {
 
 def fills_in_every_kind(page: Page) -> None:
     page.set_viewport_size({"width": 400, "height": 800})
-    page.get_by_role("tab", name="Corrections").click()
+    open_view(page, "Corrections")
     page.get_by_text("Add a correction").click()
     form = page.locator("form")
     kinds = form.get_by_label("Kind").locator("option")
@@ -455,8 +485,8 @@ def fills_in_every_kind(page: Page) -> None:
     assert [one["id"] for one in found if one["impact"] in ("serious", "critical")] == []
     assert page.evaluate("document.documentElement.scrollWidth") == 400
     page.set_viewport_size({"width": 1400, "height": 900})
-    page.get_by_role("tab", name="Walks").click()
-    page.get_by_role("tab", name="Corrections").click()
+    open_view(page, "Walks")
+    open_view(page, "Corrections")
     expect(form.get_by_label("Kind")).to_have_value(kind)  # a draft, which is open
     form.get_by_role("button", name="Discard").click()
     form.get_by_label("device", exact=True).fill("nobody's")
@@ -475,7 +505,7 @@ def fills_in_every_kind(page: Page) -> None:
 
 def adds_an_entry(page: Page, act: Act) -> None:
     """By the form that every kind of correction has; it is not saved."""
-    open_tab(page, "Corrections", act)
+    open_view(page, "Corrections", act)
     act(page.get_by_text("Add a correction"))
     choose(page.get_by_label("Kind"), "drop repeated scans", act)
     act(page.locator("form").get_by_role("button", name="Show the change"))
@@ -484,7 +514,7 @@ def adds_an_entry(page: Page, act: Act) -> None:
 
 
 def types_a_text_of_corrections(page: Page) -> None:
-    page.get_by_role("tab", name="Corrections").click()
+    open_view(page, "Corrections")
     page.get_by_text("Edit as text").click()
     page.get_by_label("corrections.toml").fill("[[swap_landmarks]]\nids = [1]\n")
     page.locator(".form:has(textarea)").get_by_role("button", name="Show the change").click()
@@ -492,13 +522,23 @@ def types_a_text_of_corrections(page: Page) -> None:
     page.get_by_role("button", name="Close").click()
 
 
+def every_tab(page: Page) -> Iterator[Locator]:
+    """Each tab, opened: those of the steps, and those of a step's views."""
+    steps, views = page.get_by_role("tablist").first, page.get_by_role("tablist").nth(1)
+    for step in steps.get_by_role("tab").all():
+        step.click()
+        yield step
+        for view in views.get_by_role("tab").all() if views.count() else ():
+            view.click()
+            yield view
+
+
 def accessible(page: Page) -> None:
     """No serious violation in any view, in light and dark, wide and narrow, English and German."""
     for dark in (False, True):
         for width in (1400, 400):
             page.set_viewport_size({"width": width, "height": 900})
-            for tab in page.get_by_role("tab").all():
-                tab.click()
+            for tab in every_tab(page):
                 found = Axe().run(page).response["violations"]
                 serious = [
                     (one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")
@@ -509,7 +549,7 @@ def accessible(page: Page) -> None:
 
 
 def says_it_in_german(page: Page) -> None:
-    page.get_by_role("tab", name="Diagnose").click()
+    open_view(page, "Faults")
     expect(page.locator(".cards > li[data-kind]")).to_have_count(len(KINDS), timeout=LATEST_MS)
     english = page.locator(".cards h3, .cards h3 + p").all_inner_texts()
     page.get_by_role("button", name="Deutsch").click()

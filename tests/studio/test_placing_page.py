@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 from tests.studio.placed_survey import AMBIGUOUS, FLOOR, true_place, write_unplaced_survey
 from tests.studio.running import running_studio
 from tests.studio.test_from_plan_to_link import WIDE, extent_of, pixel, sound
-from tests.studio.test_page import errors_of, idle, watched_page
+from tests.studio.test_page import WALKS, errors_of, idle, watched_page
 from tests.views.browser import running_browser
 
 NEAR_M = 1.0
@@ -44,10 +44,11 @@ def test_one_tap_on_the_plan_labels_a_walk_that_fits_several_places(tmp_path: Pa
 
 
 def shows_that_a_tap_is_needed(page: Page) -> None:
-    row = page.locator(".list .row")
-    expect(row).to_contain_text("0.0 % labelled · too short")
+    row = page.locator(WALKS)
+    expect(row).to_contain_text("0.0 %")
+    expect(row).to_contain_text("too short")
     expect(row).to_contain_text("needs a tap at 0:")
-    row.click()
+    row.get_by_role("button").click()
     expect(page.get_by_text("Not placed: too short")).to_be_visible()
     expect(page.get_by_text("The walk is too short to have only one place on the plan.")).to_be_visible()
     paths = page.get_by_role("list", name="Possible paths").locator("button")

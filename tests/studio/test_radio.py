@@ -15,7 +15,7 @@ from playwright.sync_api import expect
 
 from tests.studio.faulty_survey import write_faulty_survey
 from tests.studio.running import Page, running_studio
-from tests.studio.test_page import LATEST_MS, picture
+from tests.studio.test_page import LATEST_MS, open_view, picture
 from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
@@ -99,7 +99,7 @@ def test_the_page_draws_them(mapped: Page) -> None:
         page = browser.new_page(viewport={"width": 1200, "height": 800}, base_url=mapped.url, locale="en")
         page.set_default_timeout(LATEST_MS)
         page.goto(mapped.post("/api/invitations", {})["url"])
-        page.get_by_role("tab", name="Radio").click()
+        open_view(page, "Data and radio")
         points = page.locator(".list .row")
         expect(points.first).to_contain_text("dBm at", timeout=LATEST_MS)
         expect(page.get_by_text("100.0 % of the mapped cells are shown.")).to_be_visible(timeout=LATEST_MS)
@@ -113,7 +113,7 @@ def test_the_page_draws_them(mapped: Page) -> None:
         points.first.click()
         expect(page.get_by_label("Quantity")).to_have_value("mean_dbm")
         pictures.append(picture(page))
-        page.get_by_role("tab", name="Walks").click()
+        open_view(page, "Walks")
         pictures.append(picture(page))
         assert all((one != other).any() for one, other in itertools.pairwise(pictures))
 

@@ -10,7 +10,7 @@ from playwright.sync_api import Page, expect
 from tests.sessions.test_without_poses import simulated
 from tests.studio.running import running_studio
 from tests.studio.test_from_plan_to_link import WIDE, extent_of, pixel, sound
-from tests.studio.test_page import idle, press, watched_page
+from tests.studio.test_page import WALKS, idle, press, watched_page
 from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
@@ -26,7 +26,7 @@ def test_taps_are_dragged_typed_placed_and_taken_out(tmp_path: Path) -> None:
         running_studio(survey, "--labels", str(labels), "--jobs", "1") as server,
         watched_page(browser, server.url, server.token, viewport=WIDE) as page,
     ):
-        page.locator(".list .row").click()
+        page.locator(f"{WALKS} button").first.click()
         rows = page.get_by_role("list", name="Taps").locator("li")
         expect(rows).to_have_count(4)
         sound(page)

@@ -22,6 +22,7 @@ from tests.views.test_conflict_page import write_page_of_conflicts
 from tests.views.test_dataset_page import make_dataset
 from tests.views.test_fleet_pages import write_fleet_page, write_session_page
 from tests.views.test_quality_pages import evaluation, write_page_of_a_check
+from tests.views.test_run_dashboard import page_of, table_of, totals
 from vislam2tag.datasets.folder import write_dataset
 from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.datasets.statistics import dataset_statistics
@@ -59,6 +60,13 @@ def report(folder: Path) -> Path:
     results = make_results(survey)
     write_report(folder / "page.html", survey, Settings(), results, summarise(results, "smoother", "1"))
     return folder / "page.html"
+
+
+def dashboard(folder: Path) -> Path:
+    survey = make_survey(folder / "campus")
+    table_of(folder / "labels", survey.sessions[0].slug, [0.1, 0.2])
+    page_of(folder, survey, totals(survey, whole=False), "landmarks 2 and 9 are interchanged", sessions=1)
+    return folder / "index.html"
 
 
 def an_evaluation(folder: Path) -> Path:
@@ -148,6 +156,7 @@ def receive(folder: Path) -> Path:
 
 PAGES = (
     report,
+    dashboard,
     write_page_of_a_check,
     write_page_of_conflicts,
     an_evaluation,

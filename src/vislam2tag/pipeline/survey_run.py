@@ -34,15 +34,15 @@ from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import Settings
 from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.views.conflict_page import write_conflict_page
-from vislam2tag.views.run_report import write_index_page
+from vislam2tag.views.run_dashboard import Page, RunFigures, write_dashboard
 
 LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
-_STEPS_FILE = "steps.json"
+_STEPS_FILE, _FIGURES_FILE = "steps.json", "figures.json"
 _OWN = OwnFiles.of(
     (
-        *(DIAGNOSIS_FILE, CONFLICTS_PAGE, INDEX, _STEPS_FILE),
+        *(DIAGNOSIS_FILE, CONFLICTS_PAGE, INDEX, _STEPS_FILE, _FIGURES_FILE),
         *(f"{LABELS}/{OWN_FILES}", f"{DATASET}/{OWN_FILES}"),
         *(f"{CHECK}/{CHECK_FILE}", f"{CHECK}/{CHECK_PAGE}"),
     )
@@ -142,7 +142,9 @@ def run_survey(
             lambda: _collect(survey_root, out, settings, checked, follow_links, jobs, progress, tell),
         )
         faults = [fault.summary for fault in diagnosis.faults]
-        folder.write(INDEX, lambda path: write_index_page(path, name, summary, checked, faults, _LINKS))
+        before = _figures_before(folder, RunFigures.of(summary, checked, faults))
+        results = (summary, checked, faults)
+        folder.write(INDEX, lambda path: write_dashboard(path, shown, out / LABELS, results, before, _PAGES))
         return SurveyRun(
             labels=summary,
             check=checked,
@@ -198,16 +200,29 @@ def _collect(
     return True
 
 
-_LINKS = (
-    (
-        f"{LABELS}/report.html",
-        "Report",
-        "every walk on the plan, frames without position and their causes, all findings",
-    ),
-    (CONFLICTS_PAGE, "Conflicts", "which measurements of landmarks agree, and which contradict the others"),
-    (f"{CHECK}/{CHECK_PAGE}", "Check", "accuracy of the labels, bad landmarks, best places for another one"),
-    (f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
-)
+_PAGES = {
+    "report": Page(f"{LABELS}/report.html", "Report", "every walk on the plan, lost frames with causes, all findings"),
+    "conflicts": Page(CONFLICTS_PAGE, "Conflicts", "measurements of landmarks that agree, and those that contradict"),
+    "check": Page(f"{CHECK}/{CHECK_PAGE}", "Check", "accuracy of the labels, bad landmarks, coverage by room"),
+    "dataset": Page(f"{DATASET}/{DATASET_PAGE}", "Data set", "fingerprints, coverage, splits, statistics"),
+}
+
+
+class _Figures(Record):
+    """Figures of the last run, and of the last one before it that differed."""
+
+    now: RunFigures
+    before: RunFigures | None = None
+
+
+def _figures_before(folder: OutputFolder, now: RunFigures) -> RunFigures | None:
+    """Figures of the last run that differed from these, which are kept; None without one."""
+    last = _kept(folder.root / _FIGURES_FILE, _Figures)
+    if last is not None and last.now == now:
+        return last.before
+    before = None if last is None else last.now
+    folder.put_text(_FIGURES_FILE, _Figures(now=now, before=before).model_dump_json(indent=1) + "\n")
+    return before
 
 
 def _kept(path: Path, kind: type[_Record]) -> _Record | None:

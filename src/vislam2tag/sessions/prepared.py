@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vislam2tag.common.errors import SessionError
-from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if
+from vislam2tag.common.findings import Finding, FindingKind, Severity, counted, finding_if
 from vislam2tag.core.context import PlaceTies, PlacingHints, TrackerNoise, WalkedWays
 from vislam2tag.core.tracks import LandmarkLog, Landmarks, longest_section
 from vislam2tag.estimation.observations import FEWEST_FRAMES
@@ -316,8 +316,9 @@ def told_by_others(told: ToldLandmarks | None, ties: PlaceTies | None) -> list[F
         return []
     sigma_m = np.sqrt(np.diag(told.joint_covariance)[: 2 * len(told.ids)].reshape(-1, 2).mean(axis=1))
     message = (
-        f"mapped together with {told.sessions} other sessions, which determine the {len(told.ids)} landmarks that it "
-        f"passed to {np.median(sigma_m):.2f} m (one standard deviation, median)"
+        f"mapped together with {counted(told.sessions, 'other session')}; they determine the "
+        f"{counted(len(told.ids), 'landmark')} that it passed to {np.median(sigma_m):.2f} m (one standard "
+        "deviation, median)"
     )
     findings = [*finding_if(len(told.ids), "told_by_others", message)]
     if ties is not None:

@@ -1,4 +1,4 @@
-"""The report of a run, streamed session by session, and the index page of a survey."""
+"""The report of a run, streamed session by session."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import version as installed_version
 from itertools import compress, groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -29,9 +29,6 @@ from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly
 from vislam2tag.views.page import embedded, moment, write_page
 from vislam2tag.views.run_summary import ADVICE, accuracy_sentence, lost_times, problems, status_times
 from vislam2tag.views.uncertainty import event_style, uncertainty
-
-if TYPE_CHECKING:
-    from vislam2tag.quality.self_check_record import SurveyCheck
 
 _LIBRARIES = ("numpy", "scipy", "polars", "plotly", "pillow")
 
@@ -308,26 +305,3 @@ def _name_floors(figure: go.Figure, bars: Sequence[TimeBar]) -> None:
         )
         if places[0] > 0:
             figure.add_vline(x=places[0] - 0.5, line={"color": "#8c959f", "width": 1})
-
-
-def write_index_page(
-    out_file: Path,
-    title: str,
-    summary: Summary,
-    check: SurveyCheck,
-    faults: Sequence[str],
-    links: Sequence[tuple[str, str, str]],
-) -> None:
-    """Write the index page: accuracy, problems, and links to all pages.
-
-    ``links`` are pages: relative address, title and description. Raises OutputError if it cannot be written.
-    """
-    context = {
-        "title": title,
-        "summary": summary,
-        "share": labelled_share(summary.frames),
-        "check": check,
-        "faults": faults,
-        "links": links,
-    }
-    write_page(out_file, "index.html.j2", context)

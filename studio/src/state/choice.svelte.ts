@@ -2,8 +2,18 @@
 import { data } from './data.svelte';
 import type { Session } from '../api/model';
 import type { ColourBy } from '../map/colours';
+import type { Column } from './walk_rows';
 
 export type Tab = 'prepare' | 'walks' | 'diagnose' | 'landmarks' | 'radio' | 'collect' | 'corrections' | 'compare' | 'share';
+/** What one does with a survey, in the order in which it is done. */
+export type Stage = 'prepare' | 'collect' | 'check' | 'data' | 'share';
+export const VIEWS: Record<Stage, Tab[]> = {
+  prepare: ['prepare'],
+  collect: ['collect'],
+  check: ['walks', 'diagnose', 'landmarks', 'corrections', 'compare'],
+  data: ['radio'],
+  share: ['share'],
+};
 /** A step of preparing a building. */
 export type Step = 'plan' | 'walls' | 'landmarks' | 'sheets' | 'positions';
 export type Spot = { floor: number; x: number; y: number };
@@ -22,7 +32,10 @@ class Choice {
   layers = $state<Record<string, boolean>>({});
 
   text = $state('');
-  filterFloor = $state('');
+  /** Whether walks of other floors than the chosen one are left out of the list. */
+  onlyFloor = $state(false);
+  sortBy = $state<Column>('name');
+  descending = $state(false);
   filterDevice = $state('');
   filterDate = $state('');
   filterFinding = $state('');
@@ -33,6 +46,8 @@ class Choice {
 
   /** Id of the session that stands out. */
   session = $state<string | null>(null);
+  /** Id of the one that stood out last. */
+  lastSession = $state<string | null>(null);
   /** Seconds after its first frame. */
   time = $state(0);
   /** A part of the walk painted on the slider: from, to; seconds. */
@@ -54,7 +69,7 @@ class Choice {
     const words = [session.key.session, session.key.device, session.slug, ...session.landmarks].join(' ').toLowerCase();
     return (
       words.includes(this.text.trim().toLowerCase()) &&
-      (!this.filterFloor || session.key.floor === Number(this.filterFloor) || session.floors.includes(Number(this.filterFloor))) &&
+      (!this.onlyFloor || session.key.floor === this.floor || session.floors.includes(this.floor)) &&
       (!this.filterDevice || session.key.device === this.filterDevice) &&
       (!this.filterDate || session.date === this.filterDate) &&
       (!this.filterFinding || this.filterFinding in session.findings)
@@ -66,6 +81,7 @@ export const choice = new Choice();
 
 export function chooseSession(id: string | null): void {
   choice.session = id;
+  if (id !== null) choice.lastSession = id;
   [choice.time, choice.span] = [0, null];
   const session = id === null ? undefined : data.byId.get(id);
   if (!session) return;

@@ -2,7 +2,7 @@
 import { t } from '../words/words.svelte';
 import type { Track } from '../api/arrow';
 import * as api from '../api/client';
-import type { Collecting, CorrectionTable, Corrections, Diagnosis, Job, LayerInfo, Session, Survey, Versions } from '../api/model';
+import type { Collecting, CorrectionTable, Corrections, Diagnosis, Job, LayerInfo, Session, Shared, Survey, Versions } from '../api/model';
 
 class Data {
   survey = $state.raw<Survey | null>(null);
@@ -16,6 +16,8 @@ class Data {
   layers = $state.raw<LayerInfo[]>([]);
   /** Where phones hand over, and what they did. */
   collecting = $state.raw<Collecting | null>(null);
+  /** Data set and page that were built of the survey. */
+  shared = $state.raw<Shared | null>(null);
   jobs = $state.raw<Job[]>([]);
   /** The output that walks are drawn from: labels, before, or one to compare with. */
   output = $state('labels');
@@ -29,6 +31,7 @@ class Data {
   wholeFiles = $state(false);
 
   job = $derived(this.jobs.find((job) => job.state === 'running' || job.state === 'queued') ?? null);
+  isBusy = (kind: Job['kind']): boolean => this.jobs.some((job) => job.kind === kind && (job.state === 'queued' || job.state === 'running'));
   /** Ask for the survey and its sessions again. */
   reload = loadSurvey;
   byId = $derived(new Map(this.sessions.map((session) => [session.id, session])));
@@ -84,7 +87,11 @@ export async function start(): Promise<void> {
 
 async function loadRest(): Promise<void> {
   data.layers = await api.layers();
-  if (!api.readOnly) [data.tables, data.collecting] = await Promise.all([api.correctionTables(), api.collecting()]);
+  if (!api.readOnly) [data.tables, data.collecting, data.shared] = await Promise.all([api.correctionTables(), api.collecting(), api.shared()]);
+}
+
+async function loadShared(): Promise<void> {
+  data.shared = await api.shared();
 }
 
 async function loadCorrections(): Promise<void> {
@@ -103,7 +110,7 @@ function listen(): void {
     void follow(async () => {
       if (now.survey !== before.survey || now.sessions !== before.sessions) await loadSurvey();
       if (now.corrections !== before.corrections) await loadCorrections();
-      if (now.labels !== before.labels) await loadTracks();
+      if (now.labels !== before.labels) await Promise.all([loadTracks(), loadShared()]);
       if (now.labels !== before.labels || now.corrections !== before.corrections) await loadDiagnosis();
     });
   };
@@ -118,7 +125,7 @@ function listen(): void {
     if (job.state === 'failed') data.problem = job.error ?? '';
     data.notice = job.state === 'done' && job.kind === 'process' ? t('change.done') : '';
     if (job.state === 'done' || job.state === 'failed') void follow(async () => {
-      await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis()]);
+      await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis(), loadShared()]);
     });
   });
 }

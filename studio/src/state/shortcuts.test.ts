@@ -1,9 +1,9 @@
 import { afterEach, beforeEach, expect, test } from 'vitest';
-import { ownKeys, pressed } from './shortcuts';
+import { activeKeys, ownKeys, pressed } from './shortcuts';
 
 let done: string[] = [];
 let release: (() => void)[] = [];
-const own = (name: string, ...keys: string[]) => release.push(ownKeys(Object.fromEntries(keys.map((key) => [key, () => void done.push(`${name} ${key}`)]))));
+const own = (name: string, ...keys: string[]) => release.push(ownKeys(Object.fromEntries(keys.map((key) => [key, ['app.undo', () => void done.push(`${name} ${key}`)]]))));
 
 function press(key: string, on: HTMLElement = document.body, init: KeyboardEventInit = {}): KeyboardEvent {
   const event = new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true, ...init });
@@ -29,6 +29,7 @@ test('of several owners of a key the last one has it until it is released', () =
   own('walls', 'mod+z');
   press('z', document.body, CTRL);
   press('l');
+  expect(activeKeys().map(([key]) => key)).toEqual(['mod+z', 'l']);
   release.pop()!();
   press('z', document.body, CTRL);
   press('Z', document.body, { ...CTRL, shiftKey: true });

@@ -1,7 +1,8 @@
 // Keys and who owns them: of several tools at work the one that began last owns a key; text fields keep their own.
+import type { Word } from '../words/words.svelte';
 
-/** By name: a lower-case key, with `mod+` for Ctrl or Cmd and then `shift+`, such as `mod+shift+z`, `l` or `shift+l`. */
-export type Shortcuts = Record<string, () => void>;
+/** What each key does, in words, and the action. By name: a lower-case key, with `mod+` for Ctrl or Cmd and then `shift+`, such as `mod+shift+z`, `l` or `shift+l`. */
+export type Shortcuts = Record<string, [Word, () => void]>;
 
 const owners: Shortcuts[] = [];
 
@@ -10,6 +11,9 @@ export function ownKeys(shortcuts: Shortcuts): () => void {
   owners.push(shortcuts);
   return () => void owners.splice(owners.indexOf(shortcuts), 1);
 }
+
+/** The keys that work now, with what they do. */
+export const activeKeys = (): [string, Word][] => Object.entries(Object.assign({}, ...owners) as Shortcuts).map(([name, [word]]) => [name, word]);
 
 const CHOICES = ['range', 'checkbox', 'radio', 'button', 'file'];
 
@@ -28,7 +32,7 @@ export function pressed(event: KeyboardEvent): void {
   const key = event.key.toLowerCase();
   const isLetter = key !== event.key.toUpperCase(); // other signs need the shift key on some keyboards
   const name = `${event.ctrlKey || event.metaKey ? 'mod+' : ''}${event.shiftKey && isLetter ? 'shift+' : ''}${key}`;
-  const action = owners.findLast((shortcuts) => name in shortcuts)?.[name];
+  const action = owners.findLast((shortcuts) => name in shortcuts)?.[name][1];
   if (!action || isTaken(event.target, name)) return;
   event.preventDefault();
   action();

@@ -18,10 +18,12 @@ class Words {
 
 export const words = new Words();
 
-/** The text of a word, its {names} replaced. */
+/** The text of a word, its {names} replaced, and {name?one:many} by what fits the number of that name. */
 export function t(word: Word, values: Record<string, string | number> = {}): string {
   const text: string = (words.language === 'de' ? de : en)[word];
-  return text.replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
+  return text
+    .replace(/\{(\w+)\?([^:]*?):((?:[^{}]|\{\w+\})*)\}/g, (_, name: string, one: string, many: string) => (Number(values[name]) === 1 ? one : many))
+    .replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
 }
 
 /** A word that may be unknown here, such as a kind that a newer server knows: shown as it is. */
@@ -33,7 +35,10 @@ export function named(group: string, name: string): string {
 export const number = (value: number | null | undefined, digits = 1): string =>
   value === null || value === undefined || Number.isNaN(value)
     ? '–'
-    : value.toLocaleString(words.language, { minimumFractionDigits: digits, maximumFractionDigits: digits });
+    : value.toLocaleString(words.language, { minimumFractionDigits: digits, maximumFractionDigits: digits, signDisplay: 'negative' });
+
+/** Coordinates, such as 4.04, 4.29, in German 4,04; 4,29. */
+export const coordinates = (values: (number | null | undefined)[], digits = 2): string => values.map((value) => number(value, digits)).join(words.language === 'de' ? '; ' : ', ');
 
 export const percent = (share: number | null | undefined): string =>
   share === null || share === undefined ? '–' : `${number(share * 100, 1)} %`;

@@ -2,7 +2,9 @@ import { expect, test } from 'vitest';
 import { de } from './de';
 import { en } from './en';
 import { said } from './sentences';
-import { clock, minutes, named, t, words } from './words.svelte';
+import german from './sentences.de.json';
+import english from './sentences.en.json';
+import { clock, coordinates, minutes, named, t, words } from './words.svelte';
 
 const places = (text: string) => [...text.matchAll(/\{\w+\}/g)].map(String).sort();
 
@@ -13,6 +15,9 @@ test('every German text has the places of the English one', () => {
 test('texts follow the language, unknown names are shown as they are', () => {
   words.language = 'de';
   expect(t('walks.count', { shown: 2, all: 3 })).toBe('2 von 3 Aufnahmen');
+  expect(t('walks.count', { shown: 1, all: 1 })).toBe('1 von 1 Aufnahme');
+  expect(t('diagnose.corrected', { count: 2 })).toMatch(/^Alle 2 bisher/);
+  expect(coordinates([4.042, -0.001])).toBe('4,04; 0,00');
   expect(named('colour', 'age')).toBe('Alter');
   expect(named('colour', 'not_known')).toBe('not known');
   words.language = 'en';
@@ -28,7 +33,7 @@ test('sentences of the server are German where the page is, their parts too', ()
   expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toMatch(/^landmark 11/);
   words.language = 'de';
   expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toBe(
-    'Landmarke 11 von Stockwerk 1 ist bei (7.2, 21.93) ± 0.08 m, 2.9 m entfernt von der Angabe der Tabelle',
+    'Landmarke 11 von Stockwerk 1 ist bei (7,2; 21,93) ± 0,08 m, 2,9 m entfernt von der Angabe der Tabelle',
   );
   expect(said(evidence)).toMatch(/^7 Beobachtungen von Landmarken passen mit dieser Korrektur, ohne sie kaum eine; die Tabelle ist sicher gespiegelt/);
   expect(said('landmarks 2, 9 and 4 of floor 1 are mixed up: 2 where 9 should')).toBe(
@@ -45,4 +50,24 @@ test('sentences of the server are German where the page is, their parts too', ()
   expect(said('Tap one known place in the studio, or add set_tap to corrections.toml, best where the walk was at 0:28 (at_s = 28)')).toMatch(/eintragen, am besten den bei 0:28 \(at_s = 28\)$/);
   expect(said('something else')).toBe('something else');
   words.language = 'en';
+});
+
+test.each(['en', 'de'] as const)('no sentence of the server names an option of the command line (%s)', (language) => {
+  words.language = language;
+  const filled = Object.keys(german).map((sentence) => sentence.replace(/\{(\d+)\}/g, 'part$1'));
+  const naming = filled.filter((sentence) => said(sentence).includes('--'));
+  words.language = 'en';
+  expect(naming).toEqual([expect.stringMatching(/run: vislam2tag process SURVEY --out LABELS --together$/)]); // a command to run
+});
+
+test('what the page says instead of options is about sentences that the server has', () => {
+  expect(Object.keys(english).filter((sentence) => !(sentence in german))).toEqual([]);
+  expect(said('floor 2: has no wall for a sheet; allow larger sheets (--paper A1) or fewer forbidden places')).toBe(
+    'floor 2: has no wall for a sheet; allow larger sheets (A1 under \'Paper\') or fewer forbidden places',
+  );
+});
+
+test('no sentence has a minus before zero', () => {
+  expect(said('Landmark 3 is placed at (-0.00, -0.05) since -0.')).toBe('Landmark 3 is placed at (0.00, -0.05) since 0.');
+  expect(said('65 instead of -0.04 on 2021-0-0')).toBe('65 instead of -0.04 on 2021-0-0');
 });

@@ -197,8 +197,8 @@ def network_findings(fit: PlaneFit, heights: HeightFit, scale: ScaleTest | None,
         messages.append(("large_sigma0", 1, text))
     if known_shot < 3:
         text = (
-            f"only {known_shot} known points were measured: a wrong one, or east and north interchanged, would not be "
-            "detected; measure three or more"
+            f"only {'1 known point was' if known_shot == 1 else f'{known_shot} known points were'} measured: a wrong "
+            "one, or east and north interchanged, would not be detected; measure three or more"
         )
         messages.append(("few_known_points", 1, text))
     if heights.untied and heights.heights:

@@ -11,6 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from vislam2tag.common.findings import counted
 from vislam2tag.core.arrays import ComplexArray, FloatArray, IntArray
 from vislam2tag.core.transforms import Similarity2, as_points
 from vislam2tag.quality.diagnosis.alignment import Alignment, WalkPasses, align
@@ -287,6 +288,7 @@ def misfit_of_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
     if not from_table:
         return "no other landmark of these walks fits without the correction"
     return (
-        f"{len(from_table)} observations in {len(walks)} walks are {np.median(from_new):.1f} m (median) from the "
-        f"corrected positions and {np.median(from_table):.1f} m from those in the table"
+        f"by {counted(len(from_table), 'observation')} in {counted(len(walks), 'walk')}, the landmarks are "
+        f"{np.median(from_new):.1f} m (median) from the corrected positions and {np.median(from_table):.1f} m from "
+        "those in the table"
     )

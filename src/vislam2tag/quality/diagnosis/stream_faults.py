@@ -14,6 +14,7 @@ from datetime import datetime
 import numpy as np
 import polars as pl
 
+from vislam2tag.common.findings import counted
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.clocks import best_shift, comparable, resampled
 from vislam2tag.core.tracks import CameraTrack
@@ -122,8 +123,8 @@ def _repeated_scans(signs: Mapping[SessionKey, StreamSigns]) -> list[Fault]:
                 sessions=[str(key) for key in sorted(bad)],
                 summary=f"device {device} reported old Wi-Fi scans again as new ones; they are not used. Disable "
                 "'Wi-Fi scan throttling' in its developer options",
-                evidence=f"{repeated} of {scans} scans in {len(bad)} of its {len(own)} walks repeat the preceding scan "
-                "exactly, with all access points and levels",
+                evidence=f"{repeated} of {scans} scans in {len(bad)} of its {counted(len(own), 'walk')} repeat the "
+                "preceding scan exactly, with all access points and levels",
             )
         )
     return found

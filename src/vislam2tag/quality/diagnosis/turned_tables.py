@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from vislam2tag.common.findings import counted
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.transforms import as_points
@@ -151,13 +152,14 @@ def _turn_by_plan(
     if 0 in alike or (0 not in walls and free[best] - free[0] < LEAST_BETTER):
         return None
     words = (
-        f"{100 * free[best]:.0f} % of the path of {len(laid)} walks is free of the plan's walls with this correction, "
+        f"{100 * free[best]:.0f} % of the path of {counted(len(laid), 'walk')} is free of the plan's walls with this "
+        "correction, "
     )
     words += f"and {100 * free[0]:.0f} % without it"
     if 0 in walls:
         words = (
-            f"the paths of {len(laid)} walks cross {walls[best]} of the plan's walls with this correction, and "
-            f"{walls[0]} without it"
+            f"the paths of {counted(len(laid), 'walk')} cross {walls[best]} of the plan's walls with this correction, "
+            f"and {walls[0]} without it"
         )
     if others := [turns[i] for i in alike if i != best]:
         as_well = listed([f"turn_deg = {one.degrees:g}, shift_m = {_numbers(one.shift)}" for one in others])
