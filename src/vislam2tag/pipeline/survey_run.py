@@ -141,7 +141,7 @@ def run_survey(
             lambda: is_dataset(out / DATASET) or None,
             lambda: _collect(survey_root, out, settings, checked, follow_links, jobs, progress, tell),
         )
-        faults = [fault.summary for fault in diagnosis.faults]
+        faults = [fault.summary for fault in diagnosis.open]
         folder.write(INDEX, lambda path: write_index_page(path, name, summary, checked, faults, _LINKS))
         return SurveyRun(
             labels=summary,
