@@ -22,6 +22,9 @@ function standing(fault: Fault): Standing {
   return { fault, state: written ? 'corrected' : 'open', entries: written ?? [] };
 }
 
+/** What corrects a fault for certain and is not in the file yet. */
+export const changesOf = (fault: Fault): Change[] => fault.changes.filter((change) => !entryOf(change));
+
 export const standings = (): Standing[] => (data.diagnosis?.faults ?? []).map(standing);
 export const openFaults = (): Fault[] => standings().filter(({ state }) => state === 'open').map(({ fault }) => fault);
 
