@@ -27,6 +27,7 @@ from data_sets import SHARED
 from PIL import Image
 
 from vislam2tag.common.files.folder import scratch_folder
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.estimation.observations import WalkObservations
@@ -35,7 +36,7 @@ from vislam2tag.pipeline.labels.diagnose import PATH_STEP
 from vislam2tag.pipeline.labels.wifi_clocks import wifi_clocks
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.record import Fault
 from vislam2tag.quality.diagnosis.search import found_faults
 from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, sensor_clock_offset_s, stream_faults
 from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan

@@ -88,6 +88,18 @@ def test_a_survey_half_a_metre_off_is_the_odd_one_out(sound: Path, tmp_path: Pat
     assert odd["offset_m"] == pytest.approx([0.5, 0], abs=0.15)
     assert "landmark 3 on floor 0" in page.read_text("utf-8")
     assert "is among" in the_error(vislam2tag("diagnose", copy, "--conflicts", table))
+    (fault,) = found["faults"]
+    place = {name: odd[name] for name in ("x_m", "y_m")}
+    assert {name: fault["by_walks"][name] for name in place} == pytest.approx(place, abs=0.01)
+    assert 0 < fault["by_walks"]["sigma_m"] < 0.2
+    (copy / "corrections.toml").write_text(
+        '[[ignore_fault]]\nkind = "odd_reference"\nlandmarks = ["3"]\nreason = "on a door"\n'
+    )
+    ignored = vislam2tag("diagnose", copy, "--jobs", "1")
+    assert ignored.returncode == 0, ignored.stderr
+    assert "ignored: on a door" in ignored.stdout
+    assert "faults: nothing is wrong" in ignored.stdout
+    assert ", 1 ignored" in ignored.stdout
 
 
 def test_apply_and_revert_exclude_each_other(sound: Path) -> None:

@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 
 from tests.studio.running import Page
-from vislam2tag.common.findings import Answer, Judgement
-from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind
-from vislam2tag.studio import corrections_view
+from vislam2tag.common.findings import Answer, FaultKind, Judgement
+from vislam2tag.quality.diagnosis.record import Diagnosis, Fault
+from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.studio import fault_view
 from vislam2tag.studio.outputs import LABELS
 
 NEAR_M = 0.3
@@ -90,7 +91,9 @@ def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty
     page.do("process")
     again = page.get("/api/sessions")["sessions"]
     assert [session["error_m"] for session in again] == [session["error_m"] for session in now.values()]
-    assert page.get("/api/diagnosis")["faults"] == []
+    corrected = page.get("/api/diagnosis")
+    assert sorted(fault["id"] for fault in corrected["faults"]) == sorted(fault["id"] for fault in found["faults"])
+    assert corrected["judgement"]["answer"] == "nothing_wrong"
 
 
 @pytest.mark.usefixtures("as_before")
@@ -255,7 +258,7 @@ def test_every_kind_of_correction_has_a_form(page: Page) -> None:
     tables = {table["name"]: table for table in page.get("/api/corrections/tables")["tables"]}
     assert "until" in tables["move_landmark"]["values"]["properties"]
     assert tables["swap_landmarks"]["summary"].startswith("Two sheets")
-    assert len(tables) == 15
+    assert len(tables) == 16
 
 
 FAULT = Fault(kind=FaultKind.PLANNED, floor=0, summary="a landmark is only planned", evidence="its table")
@@ -269,18 +272,22 @@ def workspace_of(root: Path, *, labelled: bool, faults: list[Fault]) -> Any:
     return SimpleNamespace(
         root=root,
         out=root / "labels",
-        now=SimpleNamespace(survey=survey, corrections=None, id_of_key={}),
+        now=SimpleNamespace(survey=survey, corrections=read_corrections(root), id_of_key={}),
         diagnosis=(Diagnosis(faults=faults), "before"),
         outputs={LABELS: SimpleNamespace(stamp=lambda: "made" if labelled else "")},
-        refresh=lambda: SimpleNamespace(sessions="now"),
+        searched=lambda: "now",
     )
 
 
 @pytest.mark.parametrize("labelled", [False, True])
 def test_open_faults_are_something_wrong(labelled: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(corrections_view, "kept_faults", lambda *_: ([], SOUND))
-    view = corrections_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[FAULT])).view()
+    monkeypatch.setattr(fault_view, "kept_faults", lambda *_: ([], SOUND))
+    view = fault_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[FAULT])).view()
     assert [fault.kind for fault in view.faults] == ["planned"]
     assert view.judgement.answer is Answer.WRONG
-    none = corrections_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[])).view()
+    (tmp_path / "corrections.toml").write_text('[[ignore_fault]]\nkind = "planned"\nreason = "measured soon"\n')
+    ignored = fault_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[FAULT])).view()
+    assert ignored.faults == view.faults
+    assert ignored.judgement.answer is not Answer.WRONG
+    none = fault_view.Diagnoses(workspace_of(tmp_path, labelled=labelled, faults=[])).view()
     assert none.judgement.answer is (Answer.NOTHING_WRONG if labelled else Answer.NOT_LOOKED_AT)

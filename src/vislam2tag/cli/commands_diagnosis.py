@@ -58,6 +58,8 @@ def diagnose_command(given: DiagnoseOptions) -> None:
     floor or device, wrong clocks, and repeated Wi-Fi scans. It also finds single outliers: a position, an observation,
     or the length scale of a device that contradicts all others.
 
+    Faults that an `ignore_fault` entry of corrections.toml names are listed as ignored, with its reason.
+
     If nothing is wrong, the output names what was checked. If no walk passes enough landmarks, it says that nothing
     could be judged.
 
@@ -89,7 +91,7 @@ def diagnose_command(given: DiagnoseOptions) -> None:
         _write_conflicts(given.conflicts, given, settings, found)
     if not given.json:
         say(_text(found))
-    lines = "\n\n".join(fault.lines for fault in found.faults if fault.corrections)
+    lines = "\n\n".join(fault.lines for fault in found.open if fault.corrections)
     if given.apply and lines:
         add_entries(given.survey, lines)
         added = "corrections added; remove them with --revert"
@@ -121,7 +123,7 @@ def _after(found: api.Diagnosis, applied: bool) -> str:
     """Name of the next step."""
     if found.correctable:
         return "diagnose" if applied else "diagnose, faults"
-    if found.faults:
+    if found.open:
         return "diagnose, by hand"
     return "diagnose" if _is_sound(found) else "diagnose, not judged"
 
@@ -139,7 +141,9 @@ def _write_conflicts(page: Path, given: DiagnoseOptions, settings: api.Settings,
 
 def _text(found: api.Diagnosis) -> str:
     parts = [_paragraph(number, fault) for number, fault in enumerate(found.faults, start=1)]
-    named = f"{len(found.faults)} named" if found.faults else found.judgement.sentence
+    ignored = len(found.faults) - len(found.open)
+    named = f"{len(found.open)} named" if found.open else found.judgement.sentence
+    named += f", {ignored} ignored" if ignored else ""
     failed = f", {len(found.failed)} failed" if found.failed else ""
     aside = f" of {found.sessions + found.left_aside}" if found.left_aside else ""
     marks = f"; {found.landmarks}" if found.landmarks else ""
@@ -148,6 +152,8 @@ def _text(found: api.Diagnosis) -> str:
 
 def _paragraph(number: int, fault: Fault) -> str:
     lines = [f"{number}. {fault.summary[:1].upper()}{fault.summary[1:]}.", f"   evidence: {fault.evidence}"]
+    if fault.ignored:
+        return "\n".join([*lines, f"   ignored: {fault.ignored}"])
     if fault.gain is not None:
         lines.append(f"   effect of the correction: {_gain(fault.gain)}")
     if fault.corrections:

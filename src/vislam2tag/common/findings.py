@@ -99,6 +99,46 @@ def pooled(findings: Iterable[Finding]) -> list[Finding]:
     ]
 
 
+class FaultKind(StrEnum):
+    """What is wrong with a survey."""
+
+    SWAPPED = "swapped"
+    """Two sheets are interchanged, or three in a circle."""
+    MIS_SURVEYED = "mis_surveyed"
+    """A landmark is not where the table says."""
+    MOVED = "moved"
+    """... since a date."""
+    TWO_PLACES = "two_places"
+    """Two sheets with one id."""
+    TWO_FLOORS = "two_floors"
+    """Sheets on two floors with one id, in one walk."""
+    OTHER_IDS = "other_ids"
+    """Walks logged other ids than the landmark table has."""
+    SHIFTED_IDS = "shifted_ids"
+    """... that differ by a constant."""
+    PLANNED = "planned"
+    """Positions of landmarks that were only planned."""
+    WRONG_FLOOR = "wrong_floor"
+    """A session is in another floor's folder."""
+    MIRRORED = "mirrored"
+    TURNED = "turned"
+    UNITS = "units"
+    """A floor's landmark table is mirrored, turned, or in another unit than metres."""
+    CLOCK = "clock"
+    """A stream of a session runs on another clock than its poses."""
+    REPEATED_SCANS = "repeated_scans"
+    """A phone delivers old scans as new ones."""
+    OTHER_DEVICE = "other_device"
+    """A session is in another device's folder."""
+    DOUBTFUL_FIX = "doubtful_fix"
+    """A known position of a walk without poses that the others contradict."""
+    ODD_REFERENCE = "odd_reference"
+    """A surveyed place, what a walk or all of a day saw of a landmark, or a device's metre, that all others contradict.
+
+    No correction is known.
+    """
+
+
 class Answer(StrEnum):
     """What a check can say."""
 

@@ -141,7 +141,7 @@ def run_survey(
             lambda: is_dataset(out / DATASET) or None,
             lambda: _collect(survey_root, out, settings, checked, follow_links, jobs, progress, tell),
         )
-        faults = [fault.summary for fault in diagnosis.faults]
+        faults = [fault.summary for fault in diagnosis.open]
         before = _figures_before(folder, RunFigures.of(summary, checked, faults))
         results = (summary, checked, faults)
         folder.write(INDEX, lambda path: write_dashboard(path, shown, out / LABELS, results, before, _PAGES))

@@ -14,7 +14,8 @@ from vislam2tag.common.files.stored_folder import with_addresses
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.datasets.privacy import Privacy
 from vislam2tag.studio.collecting import covered_floors
-from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
+from vislam2tag.studio.corrections_view import corrections_view
+from vislam2tag.studio.fault_view import Diagnoses
 from vislam2tag.studio.layer_registry import LAYERS
 from vislam2tag.studio.messages import FloorView, OutputView, SurveyView
 from vislam2tag.studio.outputs import BEFORE

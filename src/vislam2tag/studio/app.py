@@ -26,9 +26,10 @@ from vislam2tag.pipeline.run.failures import unexpected
 from vislam2tag.site.corrections.conflicts import Conflict, ConflictError
 from vislam2tag.site.corrections.edits import ChangedMeanwhileError
 from vislam2tag.studio.collecting import Handover
-from vislam2tag.studio.corrections_view import Diagnoses, corrections_view
+from vislam2tag.studio.corrections_view import corrections_view
 from vislam2tag.studio.endpoints import Studio
 from vislam2tag.studio.events import Events
+from vislam2tag.studio.fault_view import Diagnoses
 from vislam2tag.studio.guard import BODIES, MOST_BODY, PAGE, Guard, OwnHeaders
 from vislam2tag.studio.jobs import JobQueue, Worker
 from vislam2tag.studio.preparing import MOST_FILE, DroppedFiles

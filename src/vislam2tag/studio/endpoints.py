@@ -14,9 +14,10 @@ import numpy as np
 from pydantic import Field
 
 from vislam2tag.common.addresses import code_of, url_for
-from vislam2tag.studio import corrections_view, messages, preparing, session_view, survey_view, work_messages
+from vislam2tag.studio import messages, preparing, session_view, survey_view, work_messages
 from vislam2tag.studio.collecting import CollectingView, Handover
 from vislam2tag.studio.events import Events
+from vislam2tag.studio.fault_view import Diagnoses
 from vislam2tag.studio.guard import Guard
 from vislam2tag.studio.jobs import JobQueue, Worker
 from vislam2tag.studio.layer_registry import LAYERS
@@ -41,7 +42,7 @@ class Studio:
 
     workspace: Workspace
     jobs: JobQueue
-    diagnoses: corrections_view.Diagnoses
+    diagnoses: Diagnoses
     events: Events
     guard: Guard
     handover: Handover
@@ -138,7 +139,7 @@ def _cancel(jobs: JobQueue, number: int) -> work_messages.Job:
 
 
 @endpoint("GET", "/api/diagnosis")
-def _diagnosis(diagnoses: corrections_view.Diagnoses) -> work_messages.DiagnosisView:
+def _diagnosis(diagnoses: Diagnoses) -> work_messages.DiagnosisView:
     return diagnoses.view()
 
 

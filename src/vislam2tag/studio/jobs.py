@@ -214,7 +214,7 @@ class JobQueue:
 
     def _diagnose(self, number: int, pool: ProcessPoolExecutor) -> None:
         del pool  # diagnosis starts its own processes
-        version, settings = self._workspace.refresh().sessions, self._workspace.settings
+        version, settings = self._workspace.searched(), self._workspace.settings
         found = diagnose(self._workspace.root, settings, jobs=self._workers, progress=self._counted(number))
         self._workspace.diagnosis = found, version
 

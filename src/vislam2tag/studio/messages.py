@@ -6,7 +6,7 @@ and the types of the page from that.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar
 
 from pydantic import Field, field_validator
 
@@ -261,6 +261,13 @@ class FileView(FiniteRecord):
     size_bytes: int
 
 
+class UsedCorrection(FiniteRecord):
+    """An entry of ``corrections.toml`` that affects a session, without its reason."""
+
+    table: str
+    values: dict[str, Any]
+
+
 class SessionDetail(FiniteRecord):
     """Everything about one session except its frames."""
 
@@ -268,6 +275,8 @@ class SessionDetail(FiniteRecord):
     findings: list[Finding]
     corrections: list[str]
     """Applied corrections, one sentence each."""
+    used: list[UsedCorrection]
+    """All entries that affect it, those of the site, too."""
     files: list[FileView]
     visits: list[VisitView]
     events: list[EventView]

@@ -28,6 +28,7 @@ from vislam2tag.studio import messages, outputs
 from vislam2tag.studio.messages import seen_as
 from vislam2tag.studio.outputs import Columns, Track
 from vislam2tag.studio.routing import endpoint
+from vislam2tag.studio.used_corrections import used_corrections
 from vislam2tag.studio.workspace import Workspace
 
 DRAWN_M = 5.0
@@ -46,18 +47,19 @@ def session_list(workspace: Workspace) -> messages.SessionList:
 @endpoint("GET", "/api/sessions/{id}")
 def session_detail(workspace: Workspace, id: str) -> messages.SessionDetail:
     """Everything about a session except its frames; raises KeyError for an unknown id."""
-    key = workspace.now.refs[id].key
     view, result = _session(workspace, id, workspace.stale()), workspace.result(id)
+    now = workspace.now
+    key = now.refs[id].key
+    used = used_corrections(now.corrections, now.folder_keys[id], key, result)
     if result is None:
-        nothing = {
-            name: list[Any]() for name in messages.SessionDetail.model_fields if name not in ("session", "placing")
-        }
-        return messages.SessionDetail(session=view, placing=None, **nothing)
+        lists = messages.SessionDetail.model_fields.keys() - {"session", "placing", "used"}
+        return messages.SessionDetail(session=view, placing=None, used=used, **{name: list[Any]() for name in lists})
     start_ns = workspace.start_ns(id)
     return seen_as(
         messages.SessionDetail,
         result,
         session=view,
+        used=used,
         files=[seen_as(messages.FileView, file) for file in result.files],
         visits=[seen_as(messages.VisitView, visit, **_moment(visit, key, start_ns)) for visit in result.visits],
         events=[

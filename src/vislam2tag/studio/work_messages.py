@@ -9,9 +9,9 @@ from pydantic import Field
 from vislam2tag.common.findings import Judgement, Severity
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.datasets.label_comparison import LabelComparison
-from vislam2tag.quality.diagnosis.record import Gain
+from vislam2tag.quality.diagnosis.record import Gain, PlaceByWalks
 from vislam2tag.site.corrections.conflicts import Conflict
-from vislam2tag.site.corrections.edits import Change
+from vislam2tag.site.corrections.edits import AddEntry, Change
 from vislam2tag.studio.messages import OutputView, Point
 
 JobKind: TypeAlias = Literal["process", "diagnose", "radio", "dataset", "page"]
@@ -183,6 +183,12 @@ class FaultView(FiniteRecord):
     gain: Gain | None
     lines: str
     changes: list[Change]
+    """The certain correction."""
+    alternatives: list[Change]
+    """Corrections to choose from if none is certain."""
+    ignore: AddEntry
+    """The entry that ignores it, without its reason."""
+    by_walks: PlaceByWalks | None
     places: list[FaultPlace]
 
 
@@ -193,7 +199,7 @@ class DiagnosisView(FiniteRecord):
     stale: bool
     """Labels or corrections have changed since."""
     faults: list[FaultView]
-    """With ``stale`` also those of the last search without a correction."""
+    """With ``stale`` also those of the last search; corrected ones, too. The page matches them with corrections."""
     judgement: Judgement
     """Whether faults could be found at all, because an empty list is not an answer."""
 

@@ -102,7 +102,7 @@ class Workspace:
         self.before_slugs: dict[str, str] = {}
         """Names that sessions with changed labels have in the output ``before``, by id."""
         self.diagnosis: tuple[Diagnosis, str] | None = None
-        """The last complete one, and the version of its sessions."""
+        """The last complete one, and the version of what it searched."""
         self._lock = threading.RLock()
         self._stale: tuple[str, frozenset[str]] | None = None
         self._shares = False
@@ -148,6 +148,12 @@ class Workspace:
                 self._site_stamp, self._content_version = stamp, ""
                 self.now = Snapshot(self.now.files, self.now.corrections, self.now.survey, "", str(error))
             return self._versions()
+
+    def searched(self) -> str:
+        """Version of everything that decides which faults there are: not which of them are ignored."""
+        labels = self.refresh().labels
+        corrections = self.now.corrections.model_copy(update={"ignore_fault": ()})
+        return hashlib.sha256(f"{self._site_stamp}{corrections.model_dump_json()}{labels}".encode()).hexdigest()
 
     def _files(self) -> SurveyFiles:
         """The contents of the folder; an empty folder is a survey to prepare."""

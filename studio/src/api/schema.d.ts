@@ -1149,6 +1149,9 @@ export interface components {
          * @description A fault of the survey, and its correction.
          */
         FaultView: {
+            /** Alternatives */
+            alternatives: (components["schemas"]["AddEntry"] | components["schemas"]["ReplaceEntry"] | components["schemas"]["RemoveEntry"])[];
+            by_walks: components["schemas"]["PlaceByWalks"] | null;
             /** Changes */
             changes: (components["schemas"]["AddEntry"] | components["schemas"]["ReplaceEntry"] | components["schemas"]["RemoveEntry"])[];
             /** Evidence */
@@ -1158,6 +1161,7 @@ export interface components {
             gain: components["schemas"]["Gain"] | null;
             /** Id */
             id: string;
+            ignore: components["schemas"]["AddEntry"];
             /** Kind */
             kind: string;
             /** Landmarks */
@@ -1676,6 +1680,18 @@ export interface components {
             sessions: number;
             /** Strategy */
             strategy: string;
+        };
+        /**
+         * PlaceByWalks
+         * @description Where walks have a landmark, metres, BCS; ``sigma_m`` is one standard deviation per axis.
+         */
+        PlaceByWalks: {
+            /** Sigma M */
+            sigma_m: number;
+            /** X M */
+            x_m: number;
+            /** Y M */
+            y_m: number;
         };
         /**
          * PlacingView
@@ -2442,6 +2458,8 @@ export interface components {
             findings: components["schemas"]["Finding"][];
             placing: components["schemas"]["PlacingView"] | null;
             session: components["schemas"]["SessionView"];
+            /** Used */
+            used: components["schemas"]["UsedCorrection"][];
             /** Visits */
             visits: components["schemas"]["VisitView"][];
         };
@@ -2752,6 +2770,18 @@ export interface components {
             /** Before */
             before: string;
             corrections: components["schemas"]["CorrectionsView"];
+        };
+        /**
+         * UsedCorrection
+         * @description An entry of ``corrections.toml`` that affects a session, without its reason.
+         */
+        UsedCorrection: {
+            /** Table */
+            table: string;
+            /** Values */
+            values: {
+                [key: string]: unknown;
+            };
         };
         /**
          * Versions

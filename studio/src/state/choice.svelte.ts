@@ -40,6 +40,9 @@ class Choice {
   filterDate = $state('');
   filterFinding = $state('');
 
+  /** What tells the correction that stands out from others. */
+  entry = $state<string | null>(null);
+
   /** What landmarks and access points are searched by. */
   landmarkText = $state('');
   radioText = $state('');

@@ -21,6 +21,8 @@ class Data {
   jobs = $state.raw<Job[]>([]);
   /** The output that walks are drawn from: labels, before, or one to compare with. */
   output = $state('labels');
+  /** Number of the last job of which what it changed is loaded. */
+  settled = $state(0);
   /** Counts up as labels change, for what is loaded of them elsewhere. */
   generation = $state(0);
   problem = $state('');
@@ -57,6 +59,12 @@ export async function follow(work: () => Promise<void>): Promise<boolean> {
     data.problem = error instanceof Error ? error.message : String(error);
     return false;
   }
+}
+
+/** Draw the labels before the last change, or the labels again. */
+export function flipOutput(): void {
+  data.output = data.output === 'labels' ? 'before' : 'labels';
+  void attempt(loadTracks);
 }
 
 export async function loadTracks(): Promise<void> {
@@ -123,9 +131,10 @@ function listen(): void {
     const job = JSON.parse(event.data) as Job;
     data.jobs = [...data.jobs.filter(({ id }) => id !== job.id), job];
     if (job.state === 'failed') data.problem = job.error ?? '';
-    data.notice = job.state === 'done' && job.kind === 'process' ? t('change.done') : '';
+    if (job.state === 'done') data.notice = job.kind === 'process' ? t('change.done') : '';
     if (job.state === 'done' || job.state === 'failed') void follow(async () => {
       await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis(), loadShared()]);
+      data.settled = Math.max(data.settled, job.id);
     });
   });
 }

@@ -3,6 +3,8 @@ import * as api from '../api/client';
 import type { Change, Conflict, Preview } from '../api/model';
 import { t } from '../words/words.svelte';
 import { attempt, data } from './data.svelte';
+import { result } from './result.svelte';
+import type { Summary } from './summary';
 
 /** A change of the file that this page saved, or took back: the text before it and after it. */
 interface Step {
@@ -11,6 +13,9 @@ interface Step {
 }
 
 class Editing {
+  private awaited = $state(0);
+  /** Whether an answer about corrections is awaited: forms wait, and the second of two clicks does nothing. */
+  busy = $derived(this.awaited > 0);
   /** What would be saved; null: nothing is being corrected. */
   preview = $state.raw<Preview | null>(null);
   past = $state.raw<Step[]>([]);
@@ -19,58 +24,71 @@ class Editing {
   conflicts = $state.raw<{ kind: 'change' | 'undo' | 'redo'; found: Conflict[] } | null>(null);
   /** To be done once what is shown is saved. */
   saved: () => void = () => {};
+  private last: Promise<unknown> = Promise.resolve();
+
+  /** Do one thing after the other: keys are pressed faster than files are written. */
+  inTurn(work: () => Promise<void>): Promise<unknown> {
+    this.awaited++;
+    return (this.last = this.last.then(work).finally(() => this.awaited--));
+  }
+
+  /** Do nothing while an answer is awaited, because what is shown may change with it. */
+  alone = (work: () => Promise<void>): Promise<unknown> => (this.busy ? Promise.resolve() : this.inTurn(work));
 }
 
 export const editing = new Editing();
 
 /** Show what changes of the file that the page knows would write; `saved` is called once it is written. */
-export const propose = (changes: Change[], saved: () => void = () => {}) => look({ base: data.corrections.text, text: null, changes }, saved);
+export const propose = (changes: Change[], saved?: () => void) => show({ base: data.corrections.text, text: null, changes }, saved);
 
 /** Show what another text, made from `base`, would change in the file. */
-export const proposeText = (text: string, base: string, saved: () => void) => look({ base, text, changes: [] }, saved);
+export const proposeText = (text: string, base: string, saved: () => void) => show({ base, text, changes: [] }, saved);
 
-async function look(wish: { base: string; text: string | null; changes: Change[] }, saved: () => void): Promise<void> {
-  editing.preview = null;
+type Wish = Parameters<typeof api.preview>[0];
+
+const show = (wish: Wish, saved: () => void = () => {}) =>
+  editing.alone(async () => {
+    [editing.preview, editing.saved] = [await look(wish), saved];
+  });
+
+/** Write what is shown. */
+export const accept = () =>
+  editing.alone(async () => {
+    if (editing.preview) await write(editing.preview, editing.saved);
+    editing.preview = null;
+  });
+
+/** Write changes without showing them first. */
+export const correctAtOnce = (changes: Change[], saved: () => void = () => {}) =>
+  editing.alone(async () => {
+    const preview = await look({ base: data.corrections.text, text: null, changes });
+    if (preview) await write(preview, saved);
+  });
+
+async function look(wish: Wish): Promise<Preview | null> {
+  let found: Preview | null = null;
   await attempt(() =>
     noting('change', async () => {
-      [editing.preview, editing.saved] = [await api.preview(wish), saved];
+      found = await api.preview(wish);
     }),
   );
+  return found;
 }
 
-/** Write what is shown, and map again what it touches. */
-export async function accept(): Promise<void> {
-  const { preview, saved } = editing;
-  if (!preview) return;
+/** Write a change, and map again what it touches. */
+async function write(preview: Preview, saved: () => void): Promise<void> {
+  const before = result.of(preview.touched);
   await attempt(async () => {
     data.corrections = await api.save(preview.text, preview.version);
     [editing.past, editing.future] = [[...editing.past, { before: preview.before, after: preview.text }], []];
     saved();
-    await mapAgain(preview.touched);
+    if (preview.touched.length) await mapAgain(preview.touched, before);
+    else [data.notice, result.asked] = [t('change.kept'), null];
   });
-  editing.preview = null;
 }
 
-/** Tell whether an entry to add is in the file already. */
-export function isWritten(change: Change): boolean {
-  if (change.action !== 'add') return false;
-  return data.corrections.entries.some(
-    ({ table, values }) =>
-      table === change.table && Object.entries(change.values).every(([name, value]) => JSON.stringify(values[name]) === JSON.stringify(value)),
-  );
-}
-
-export async function correctAtOnce(changes: Change[], saved: () => void = () => {}): Promise<void> {
-  await propose(changes, saved);
-  await accept();
-}
-
-let working: Promise<unknown> = Promise.resolve();
-/** One after the other: keys are pressed faster than files are written. */
-const inTurn = (work: () => Promise<unknown>) => (working = working.then(work));
-
-export const undo = () => inTurn(() => takeBack('undo', editing.past, (past, redone) => ([editing.past, editing.future] = [past, [...editing.future, redone]])));
-export const redo = () => inTurn(() => takeBack('redo', editing.future, (future, undone) => ([editing.past, editing.future] = [[...editing.past, undone], future])));
+export const undo = () => editing.inTurn(() => takeBack('undo', editing.past, (past, redone) => ([editing.past, editing.future] = [past, [...editing.future, redone]])));
+export const redo = () => editing.inTurn(() => takeBack('redo', editing.future, (future, undone) => ([editing.past, editing.future] = [[...editing.past, undone], future])));
 
 /** Take the last of some steps back in the file as it is now; `done` hears of the others and of the step that reverses it. */
 async function takeBack(kind: 'undo' | 'redo', steps: Step[], done: (left: Step[], reverse: Step) => void): Promise<void> {
@@ -83,7 +101,7 @@ async function takeBack(kind: 'undo' | 'redo', steps: Step[], done: (left: Step[
         const { before, corrections } = await api.undo(step);
         data.corrections = corrections;
         done(steps.slice(0, -1), { before, after: corrections.text });
-        await mapAgain(null);
+        await mapAgain(null, null);
       },
       () => (kind === 'undo' ? (editing.past = steps.slice(0, -1)) : (editing.future = steps.slice(0, -1))),
     ),
@@ -102,7 +120,9 @@ async function noting(kind: 'change' | 'undo' | 'redo', work: () => Promise<void
   }
 }
 
-async function mapAgain(sessions: string[] | null): Promise<void> {
-  data.notice = t('change.saved');
-  await api.process(sessions);
+/** Make labels again, of all walks that need it without `sessions`; how these were `before` is compared with the new ones. */
+async function mapAgain(sessions: string[] | null, before: Summary | null): Promise<void> {
+  [data.notice, result.asked] = [t('change.saved'), null];
+  const { id } = await api.process(sessions);
+  if (sessions && before) result.asked = { job: id, ids: sessions, before };
 }

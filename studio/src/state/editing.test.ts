@@ -32,12 +32,12 @@ vi.mock('../api/client', () => {
       const before = server.text;
       return { before, corrections: written(change ? before.replace(change, '') : before + step.before.slice(step.after.length)) };
     },
-    process: async (ids: string[] | null) => void server.mapped.push(ids),
+    process: async (ids: string[] | null) => ({ id: server.mapped.push(ids) }),
   };
 });
 
 import { data } from './data.svelte';
-import { correctAtOnce, editing, redo, undo } from './editing.svelte';
+import { accept, correctAtOnce, editing, propose, redo, undo } from './editing.svelte';
 
 const add = (table: string) => correctAtOnce([{ action: 'add', table, values: {} }]);
 
@@ -98,4 +98,16 @@ test('a conflict is shown with both values, and the change before it can be undo
   server.conflict = false;
   await undo();
   expect(server.undone.at(-1)).toEqual({ before: '', after: '[[a]]\n' });
+});
+
+test('of two clicks the second does nothing while the first is answered', async () => {
+  const change = [{ action: 'add' as const, table: 'a', values: {} }];
+  const first = correctAtOnce(change);
+  expect(editing.busy).toBe(true);
+  await Promise.all([first, correctAtOnce(change)]);
+  expect(server.text).toBe('[[a]]\n');
+  await propose([{ action: 'add', table: 'b', values: {} }]);
+  await Promise.all([accept(), accept()]);
+  expect(server.text).toBe('[[a]]\n[[b]]\n');
+  expect([data.problem, editing.busy]).toEqual(['', false]);
 });

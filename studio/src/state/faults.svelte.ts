@@ -1,7 +1,36 @@
-// Faults of the last search that are still to be answered.
-import type { Fault } from '../api/model';
+// Faults by what was done about them, from the corrections as they are now: labels and diagnosis follow only after a while.
+import type { Change, Entry, Fault } from '../api/model';
+import type { Spot } from './choice.svelte';
 import { data } from './data.svelte';
-import { isWritten } from './editing.svelte';
+import { type Values, holds } from './entries';
 
-/** What is not corrected yet: labels and diagnosis follow corrections only after a while. */
-export const openFaults = (): Fault[] => (data.diagnosis?.faults ?? []).filter(({ changes }) => !changes.length || !changes.every(isWritten));
+export type State = 'open' | 'corrected' | 'ignored';
+export interface Standing {
+  fault: Fault;
+  state: State;
+  /** Its corrections in the file, or the entry that ignores it. */
+  entries: Entry[];
+}
+
+const entryOf = ({ table, ...change }: Change) => data.corrections.entries.find((entry) => entry.table === table && 'values' in change && holds(entry.values, change.values as Values));
+
+function standing(fault: Fault): Standing {
+  const ignoring = data.corrections.entries.find(({ table, values }) => table === fault.ignore.table && holds(fault.ignore.values, values));
+  if (ignoring) return { fault, state: 'ignored', entries: [ignoring] };
+  const ways = fault.changes.length ? [fault.changes] : fault.alternatives.map((change) => [change]);
+  const written = ways.map((way) => way.map(entryOf)).find((found) => found.every(Boolean)) as Entry[] | undefined;
+  return { fault, state: written ? 'corrected' : 'open', entries: written ?? [] };
+}
+
+/** What corrects a fault for certain and is not in the file yet. */
+export const changesOf = (fault: Fault): Change[] => fault.changes.filter((change) => !entryOf(change));
+
+export const standings = (): Standing[] => (data.diagnosis?.faults ?? []).map(standing);
+export const openFaults = (): Fault[] => standings().filter(({ state }) => state === 'open').map(({ fault }) => fault);
+
+/** What to bring into view for a fault: its places, else the walk it is about. */
+export function spotsOf(fault: Fault): Spot[] {
+  if (fault.places.length) return fault.places.flatMap(({ floor, x, y, to_x, to_y }) => [{ floor, x, y }, ...(to_x === null || to_y === null ? [] : [{ floor, x: to_x, y: to_y }])]);
+  const bounds = Object.entries(data.byId.get(fault.sessions[0])?.bounds ?? {}).slice(0, 1);
+  return bounds.flatMap(([floor, [left, right, low, high]]) => [{ floor: Number(floor), x: left, y: low }, { floor: Number(floor), x: right, y: high }]);
+}

@@ -53,7 +53,7 @@ export function rowAt(times: Float32Array, time: number): number {
 export function followChoice(): void {
   $effect(() => {
     const [id, output] = [choice.session, data.output];
-    void data.generation;
+    void [data.generation, data.corrections.version];
     if (id === null) {
       [walk.detail, walk.track, walk.series] = [null, null, []];
       return;

@@ -16,7 +16,7 @@ test('texts follow the language, unknown names are shown as they are', () => {
   words.language = 'de';
   expect(t('walks.count', { shown: 2, all: 3 })).toBe('2 von 3 Aufnahmen');
   expect(t('walks.count', { shown: 1, all: 1 })).toBe('1 von 1 Aufnahme');
-  expect(t('diagnose.corrected', { count: 2 })).toMatch(/^Alle 2 bisher/);
+  expect(t('result.labelled', { count: 2, before: '1 %', after: '90 %' })).toBe('2 Aufnahmen: 1 % → 90 % mit Label');
   expect(coordinates([4.042, -0.001])).toBe('4,04; 0,00');
   expect(named('colour', 'age')).toBe('Alter');
   expect(named('colour', 'not_known')).toBe('not known');

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.pipeline.labels.odd_references import odd_faults, odd_findings
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, OddReference, References
+from vislam2tag.quality.diagnosis.record import Fault, OddReference, References
 
 SESSIONS = ("0 / LG / a", "0 / LG / b")
 FOUND = References(odd=(OddReference(culprit="device LG", summary="too far apart", sessions=SESSIONS, off_m=0.6),))

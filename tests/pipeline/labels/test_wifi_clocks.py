@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.pipeline.labels.diagnose import diagnose
-from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.simulation.scenario import regular_survey
 from vislam2tag.simulation.survey import simulate
 

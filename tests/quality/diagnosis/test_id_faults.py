@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from tests.quality.diagnosis.made_walks import PLACES, made_walk
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.id_faults import floors_of_passes
-from vislam2tag.quality.diagnosis.record import FaultKind
 
 OTHERS = {name: PLACES[name] for name in "124578"}
 SHEETS = {"3": {0: PLACES["3"], 1: PLACES["6"]}}

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.quality.diagnosis.made_walks import ORDERS, PLACES, STARTS, evidence, made_survey, made_walk
-from vislam2tag.common.findings import Answer
+from vislam2tag.common.findings import Answer, FaultKind
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.record import Fault
 from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import polars as pl
 import pytest
 
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.core.tracks import CameraTrack
-from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, sensor_clock_offset_s, stream_faults
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.site.model import SessionKey

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from tests.quality.diagnosis.made_walks import PLACES, evidence, made_survey
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray
 from vislam2tag.core.transforms import as_points
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Way
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.record import Fault
 from vislam2tag.quality.diagnosis.search import found_faults
 from vislam2tag.quality.diagnosis.turned_tables import Inside, walls_crossed, with_turns_by_plan
 from vislam2tag.site.corrections.file import TurnLandmarks

@@ -20,13 +20,13 @@ from tests.estimation.dead_reckoning.walks import corners
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.archives import folder_of
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.labeling.tables import trajectory_of
 from vislam2tag.pipeline.datasets.build import build_dataset
 from vislam2tag.pipeline.labels import survey_evidence
 from vislam2tag.pipeline.labels.check import check
 from vislam2tag.pipeline.labels.diagnose import diagnose
 from vislam2tag.pipeline.labels.process import process
-from vislam2tag.quality.diagnosis.record import FaultKind
 from vislam2tag.sessions.formats.ilc20 import Ilc20Trace, parse_trace
 from vislam2tag.sessions.registry import open_survey, read_session
 from vislam2tag.site.plans.drawing import placed, read_drawing

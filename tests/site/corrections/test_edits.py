@@ -133,6 +133,7 @@ def test_an_entry_of_each_table_can_be_written() -> None:
         "set_device": {"session": "a", "to": "LG"},
         "drop_repeated_scans": {"device": "LG"},
         "set_tap": {"session": "a", "at_s": 12.5, "x": 1.5, "y": 2.5},
+        "ignore_fault": {"kind": "swapped", "landmarks": ["1", "2"], "reason": "known"},
     }
     assert samples.keys() == Corrections.model_fields.keys()
     text = changed_text("", [AddEntry(table=table, values=values) for table, values in samples.items()])

@@ -18,6 +18,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.errors import MissingExtraError, SessionError, SurveyError
 from vislam2tag.common.files.given_files import AnyPath
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.core.tracks import longest_section
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
@@ -36,7 +37,7 @@ from vislam2tag.pipeline.run.selection import OpenedSurvey, RunChoices, session_
 from vislam2tag.pipeline.run.workers import outcomes_of
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.id_faults import floors_of_passes, id_faults
-from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, FaultKind, Gain, References
+from vislam2tag.quality.diagnosis.record import Diagnosis, Fault, Gain, References, answered
 from vislam2tag.quality.diagnosis.search import MIN_FIXES, found_faults, judgement_of
 from vislam2tag.quality.diagnosis.stream_faults import StreamSigns, stream_faults, stream_signs
 from vislam2tag.quality.diagnosis.turned_tables import Inside, with_turns_by_plan
@@ -235,9 +236,11 @@ def diagnose(
     else:
         found = _references(survey, settings, sessions, faults)
     faults = [*of_ids, *faults, *odd_faults(found, faults)]
-    shares = {session.key: session.share for session in sessions}
     failed = [session.error for session in sessions if session.error is not None]
     fixes = sum(session.fixes for session in sessions if session.fixes >= MIN_FIXES)
+    judgement = judgement_of(evidence, len(sessions), len(failed), len(faults), fixes)
+    faults, judgement = answered(faults, judgement, opened.corrections.ignore_fault)
+    shares = {session.key: session.share for session in sessions}
     return Diagnosis(
         version=__version__,
         sessions=len(sessions),
@@ -245,7 +248,7 @@ def diagnose(
         on_plan=sum(session.on_plan for session in sessions),
         failed=failed,
         faults=_with_gains(survey, settings, refs, faults, shares),
-        judgement=judgement_of(evidence, len(sessions), len(failed), len(faults), fixes),
+        judgement=judgement,
         references=found,
         landmarks=str(LandmarkCounts.of(survey.site.landmarks)) if survey.site.landmarks.ids else "",
     )
@@ -284,7 +287,8 @@ def _with_gains(
     lines, before, told = "", dict(shares), []
     folder_key = {folder: key for key, folder in session_folders(survey.root)[0]}
     for fault in faults:
-        if fault.odds is None:  # not found from how walks fit, so mapping them again shows no gain
+        # What is not found from how walks fit shows no gain when they are mapped again.
+        if fault.odds is None or fault.ignored:
             told.append(fault)
             continue
         lines += f"{fault.lines}\n\n"

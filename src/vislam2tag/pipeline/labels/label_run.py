@@ -17,7 +17,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.own_files import OwnFiles
-from vislam2tag.common.findings import Finding, Judgement, Severity
+from vislam2tag.common.findings import FaultKind, Finding, Judgement, Severity
 from vislam2tag.labeling.results import (
     CONFLICTS_FILE,
     CONFLICTS_PAGE,
@@ -35,7 +35,7 @@ from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings,
 from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, refuse_among_sessions
 from vislam2tag.quality.diagnosis.id_faults import id_faults
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, References
+from vislam2tag.quality.diagnosis.record import Fault, References, answered
 from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
@@ -227,7 +227,10 @@ def _reduce(
     shown = run.shown
     rooms = RoomsOnPlans(shown.root, shown.site)
     summary = summarise(results(), settings.strategy, __version__)
-    faults, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
+    named, judgement = kept_faults(run.survey, refs, passes, rooms, summary.failed)
+    ignoring = run.tasks[0].corrections.ignore_fault if run.tasks else ()
+    named, judgement = answered(named, judgement, ignoring)
+    faults = [fault for fault in named if not fault.ignored]
     new = [_fault_finding(fault) for fault in faults if fault.kind not in REPORTED]
     if run.tasks and len(refs) == len(run.survey.sessions) and not summary.failed:
         unknown = unknown_landmarks(run.tasks[0].corrections, run.survey.site, seen, uses)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 
-from vislam2tag.common.findings import Finding
+from vislam2tag.common.findings import FaultKind, Finding
 from vislam2tag.estimation.landmark_survey.comparison import Comparison, Verdict
 from vislam2tag.estimation.landmark_survey.device_metre import DeviceMetre
 from vislam2tag.estimation.landmark_survey.odd_one_out import Votes, vote
 from vislam2tag.pipeline.labels.landmark_survey import JointSurvey
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, OddReference, Reference, References
+from vislam2tag.quality.diagnosis.record import Fault, OddReference, PlaceByWalks, Reference, References
 from vislam2tag.site.corrections.file import session_start
 from vislam2tag.site.model import SessionKey
 
@@ -63,7 +64,15 @@ def _fault(odd: OddReference) -> Fault:
         sessions=sorted({one.session for one in odd.references if one.session is not None}),
         summary=odd.summary,
         evidence=f"{greatest.size_m:.2f} m (sigma {greatest.sigma_m:.2f} m)",
+        by_walks=_place_by_walks(greatest) if len(odd.references) == 1 else None,
     )
+
+
+def _place_by_walks(one: Reference) -> PlaceByWalks | None:
+    """Where walks have a landmark whose survey is the outlier."""
+    if one.session is not None or one.day is not None or one.place_sigma_m is None:
+        return None
+    return PlaceByWalks(x_m=round(one.x_m, 2), y_m=round(one.y_m, 2), sigma_m=one.place_sigma_m)
 
 
 def _explains(fault: Fault, odd: Fault) -> bool:
@@ -78,6 +87,7 @@ def _explains(fault: Fault, odd: Fault) -> bool:
 def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
     place, position = joint.places[one.landmark], votes.joined.position[one.landmark]
     compared = one.verdict is not Verdict.NOTHING
+    variance = float(votes.joined.position_covariance[one.landmark].trace())
     return Reference(
         floor=place.floor,
         landmark=place.landmark,
@@ -86,6 +96,7 @@ def _row(joint: JointSurvey, votes: Votes, one: Comparison) -> Reference:
         verdict=one.verdict,
         x_m=round(position.real, 3),
         y_m=round(position.imag, 3),
+        place_sigma_m=round(math.sqrt(variance / 2), 3),
         offset_m=(round(one.offset.real, 3), round(one.offset.imag, 3)) if compared else None,
         size_m=round(one.size_m, 3) if compared else None,
         sigma_m=round(one.sigma_m, 3) if compared else None,

@@ -9,13 +9,14 @@ from itertools import groupby
 
 import numpy as np
 
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.core.arrays import ComplexArray, FloatArray
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import as_points
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.quality.diagnosis.alignment import WalkPasses, align
 from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, listed, span_between
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
+from vislam2tag.quality.diagnosis.record import Fault, proposed
 from vislam2tag.quality.diagnosis.search import LEAST_GAIN
 from vislam2tag.quality.diagnosis.table_faults import SLACK_M, TOGETHER
 from vislam2tag.sessions.session_landmarks import SAME_IDS, compared_with_logs

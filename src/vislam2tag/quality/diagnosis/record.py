@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
+from collections.abc import Sequence
 from typing import Any
 
 from vislam2tag.common.files.toml_file import toml_value
-from vislam2tag.common.findings import NOT_RUN, Answer, Judgement
+from vislam2tag.common.findings import NOT_RUN, Answer, FaultKind, Judgement
 from vislam2tag.common.records import Record
 from vislam2tag.estimation.landmark_survey.comparison import Verdict
+from vislam2tag.site.corrections.file import IgnoreFault
 
 
 class Reference(Record):
@@ -24,6 +25,8 @@ class Reference(Record):
     x_m: float
     y_m: float
     """Where the landmark hangs by all references but the odd ones."""
+    place_sigma_m: float | None = None
+    """How sure that place is, one standard deviation per axis."""
     offset_m: tuple[float, float] | None = None
     """From where the others have the landmark to where this reference has it; None where nothing can be compared."""
     size_m: float | None = None
@@ -62,46 +65,6 @@ class References(Record):
         return tuple(one for one in self.compared if one.floor == number)
 
 
-class FaultKind(StrEnum):
-    """What is wrong."""
-
-    SWAPPED = "swapped"
-    """Two sheets are interchanged, or three in a circle."""
-    MIS_SURVEYED = "mis_surveyed"
-    """A landmark is not where the table says."""
-    MOVED = "moved"
-    """... since a date."""
-    TWO_PLACES = "two_places"
-    """Two sheets with one id."""
-    TWO_FLOORS = "two_floors"
-    """Sheets on two floors with one id, in one walk."""
-    OTHER_IDS = "other_ids"
-    """Walks logged other ids than the landmark table has."""
-    SHIFTED_IDS = "shifted_ids"
-    """... that differ by a constant."""
-    PLANNED = "planned"
-    """Positions of landmarks that were only planned."""
-    WRONG_FLOOR = "wrong_floor"
-    """A session is in another floor's folder."""
-    MIRRORED = "mirrored"
-    TURNED = "turned"
-    UNITS = "units"
-    """A floor's landmark table is mirrored, turned, or in another unit than metres."""
-    CLOCK = "clock"
-    """A stream of a session runs on another clock than its poses."""
-    REPEATED_SCANS = "repeated_scans"
-    """A phone delivers old scans as new ones."""
-    OTHER_DEVICE = "other_device"
-    """A session is in another device's folder."""
-    DOUBTFUL_FIX = "doubtful_fix"
-    """A known position of a walk without poses that the others contradict."""
-    ODD_REFERENCE = "odd_reference"
-    """A surveyed place, what a walk or all of a day saw of a landmark, or a device's metre, that all others contradict.
-
-    No correction is known.
-    """
-
-
 BY_HAND = frozenset({FaultKind.OTHER_IDS, FaultKind.SHIFTED_IDS, FaultKind.PLANNED})
 """What no lines of ``corrections.toml`` correct, and what comes before the other faults."""
 
@@ -134,6 +97,14 @@ class Gain(Record):
     expected_after_m: float | None
 
 
+class PlaceByWalks(Record):
+    """Where walks have a landmark, metres, BCS; ``sigma_m`` is one standard deviation per axis."""
+
+    x_m: float
+    y_m: float
+    sigma_m: float
+
+
 class Fault(Record):
     """A fault that the data name."""
 
@@ -151,11 +122,42 @@ class Fault(Record):
     price of the correction's own freedom deducted."""
     corrections: list[CorrectionEntry] = []
     gain: Gain | None = None
+    by_walks: PlaceByWalks | None = None
+    """Where walks have its landmark, if they agree on one place."""
+    ignored: str = ""
+    """Why its owner ignores it; empty if it is open."""
 
     @property
     def lines(self) -> str:
         """The lines for ``corrections.toml``."""
         return "\n\n".join(entry.lines() for entry in self.corrections)
+
+
+def answered(
+    faults: Sequence[Fault], judgement: Judgement, entries: Sequence[IgnoreFault]
+) -> tuple[list[Fault], Judgement]:
+    """Faults with the reasons of the entries that ignore them, and the answer that the open ones give."""
+    found = [fault.model_copy(update={"ignored": _reason(fault, entries)}) for fault in faults]
+    if judgement.answer is Answer.NOT_LOOKED_AT:
+        return found, judgement
+    left = sum(not fault.ignored for fault in found)
+    looked_at, why = judgement.looked_at, judgement.why
+    return found, Judgement.of(left, bool(looked_at), looked_at, why, judgement.warnings)
+
+
+def _reason(fault: Fault, entries: Sequence[IgnoreFault]) -> str:
+    """The reason of the first entry that selects a fault; what an entry leaves out is true of any fault."""
+    return next(
+        (
+            entry.reason
+            for entry in entries
+            if entry.kind is fault.kind
+            and entry.floor in (None, fault.floor)
+            and (not entry.landmarks or set(entry.landmarks) == set(fault.landmarks))
+            and (not entry.sessions or set(entry.sessions) == set(fault.sessions))
+        ),
+        "",
+    )
 
 
 class Diagnosis(Record):
@@ -178,6 +180,11 @@ class Diagnosis(Record):
     """Every surveyed place, and what every walk saw of it, against all others."""
 
     @property
+    def open(self) -> list[Fault]:
+        """Faults that are not ignored."""
+        return [fault for fault in self.faults if not fault.ignored]
+
+    @property
     def needs_landmarks(self) -> bool:
         """Whether nothing could be judged only because no walk is mapped by landmarks; the rest was checked."""
         return self.judgement.answer is Answer.NOT_JUDGED and 0 < self.on_plan == self.sessions
@@ -185,5 +192,5 @@ class Diagnosis(Record):
     @property
     def correctable(self) -> bool:
         """Whether to add the lines for ``corrections.toml`` first: there are some, and nothing to correct before."""
-        by_hand = any(fault.kind in BY_HAND for fault in self.faults)
-        return not by_hand and any(fault.corrections for fault in self.faults)
+        by_hand = any(fault.kind in BY_HAND for fault in self.open)
+        return not by_hand and any(fault.corrections for fault in self.open)

@@ -6,9 +6,9 @@ from math import inf
 
 import numpy as np
 
-from vislam2tag.common.findings import Answer, Judgement, counted, none_mapped
+from vislam2tag.common.findings import Answer, FaultKind, Judgement, counted, none_mapped
 from vislam2tag.quality.diagnosis.evidence import MIN_OTHERS, Evidence, Hypothesis, Mark, Propose
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind
+from vislam2tag.quality.diagnosis.record import Fault
 from vislam2tag.quality.diagnosis.table_faults import (
     changed_tables,
     displaced_landmarks,

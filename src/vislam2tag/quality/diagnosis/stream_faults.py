@@ -14,13 +14,13 @@ from datetime import datetime
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.findings import counted
+from vislam2tag.common.findings import FaultKind, counted
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.clocks import best_shift, comparable, resampled
 from vislam2tag.core.tracks import CameraTrack
 from vislam2tag.core.transforms import turns_rad
 from vislam2tag.quality.diagnosis.evidence import listed
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
+from vislam2tag.quality.diagnosis.record import Fault, proposed
 from vislam2tag.quality.diagnosis.wifi_clock import ClockOffset
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.readings import readings_of, repeated_scans

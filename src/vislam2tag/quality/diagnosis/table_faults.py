@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import as_complex, as_points
 from vislam2tag.quality.diagnosis.evidence import (
@@ -28,7 +29,7 @@ from vislam2tag.quality.diagnosis.evidence import (
     misfit_of_passes,
     span_between,
 )
-from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, FaultKind, proposed
+from vislam2tag.quality.diagnosis.record import CorrectionEntry, Fault, PlaceByWalks, proposed
 from vislam2tag.site.corrections.file import UNITS_M, session_start
 
 _Change: TypeAlias = tuple[str, bool]
@@ -236,12 +237,16 @@ class _NewPlace:
             evidence.moved(dict.fromkeys(rows, self.place)), price, describe, key=("displaced", self.mark)
         )
 
+    @property
+    def sigma_m(self) -> float:
+        """One standard deviation per axis."""
+        return float(np.sqrt(np.trace(self.covariance) / 2))
+
     def where(self, evidence: Evidence) -> str:
         """The place in words."""
-        sigma_m = float(np.sqrt(np.trace(self.covariance) / 2))
         own = evidence.table.place[self.mark]
         room, own_room = (evidence.table.room_at(self.mark.floor, at) for at in (self.place, own))
-        at = f"at ({round(self.place.real, 2):g}, {round(self.place.imag, 2):g}) +- {round(sigma_m, 2):g} m, "
+        at = f"at ({round(self.place.real, 2):g}, {round(self.place.imag, 2):g}) +- {round(self.sigma_m, 2):g} m, "
         at += f"{abs(self.place - own):.1f} m from its position in the table"
         return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
 
@@ -254,6 +259,9 @@ class _NewPlace:
             summary=summary,
             evidence=misfit_of_passes(evidence, [self.mark]),
             corrections=corrections,
+            by_walks=PlaceByWalks(
+                x_m=round(self.place.real, 2), y_m=round(self.place.imag, 2), sigma_m=round(self.sigma_m, 3)
+            ),
         )
 
     def correction(self, **since: datetime) -> CorrectionEntry:

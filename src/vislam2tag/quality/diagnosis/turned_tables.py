@@ -13,12 +13,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vislam2tag.common.findings import counted
+from vislam2tag.common.findings import FaultKind, counted
 from vislam2tag.core.arrays import BoolArray, ComplexArray, FloatArray, runs_of
 from vislam2tag.core.path_length import arc_lengths
 from vislam2tag.core.transforms import as_points
 from vislam2tag.quality.diagnosis.evidence import Evidence, Table, Way, listed
-from vislam2tag.quality.diagnosis.record import Fault, FaultKind, proposed
+from vislam2tag.quality.diagnosis.record import Fault, proposed
 from vislam2tag.site.model import SessionKey
 
 FEWEST_BESIDE, LEAST_SHARE = 2, 0.15

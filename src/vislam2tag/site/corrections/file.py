@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field, FiniteFloat, NaiveDatetime, model_validator
 
 from vislam2tag.common.files.toml_file import read_toml
+from vislam2tag.common.findings import FaultKind
 from vislam2tag.common.records import Record
 from vislam2tag.site.model import SessionKey, landmark_id
 
@@ -224,6 +225,17 @@ class SetTap(Correction):
         return self
 
 
+class IgnoreFault(Record, strict=True):
+    """A fault that is known and stays as it is: it is listed with its reason, and labels do not change."""
+
+    kind: Annotated[FaultKind, Field(strict=False)]
+    floor: int | None = None
+    landmarks: list[_Id] = []
+    sessions: list[str] = []
+    """As ``floor / device / session``."""
+    reason: Annotated[str, Field(min_length=1)]
+
+
 class Corrections(Record):
     """All entries of the file, in its order; none where there is no file."""
 
@@ -242,6 +254,7 @@ class Corrections(Record):
     drop_repeated_scans: tuple[DropRepeatedScans, ...] = ()
     move_control_point: tuple[MoveControlPoint, ...] = ()
     set_tap: tuple[SetTap, ...] = ()
+    ignore_fault: tuple[IgnoreFault, ...] = ()
 
     def for_session(self, key: SessionKey) -> Corrections:
         """Keep only the entries that apply to one session; those of the site are applied to it before."""
@@ -258,8 +271,8 @@ class Corrections(Record):
         return any(entry.applies(key) for entry in self.exclude_session)
 
 
-OF_SITE = ("move_control_point",)
-"""Tables whose entries apply to all sessions."""
+OF_SITE = ("move_control_point", "ignore_fault")
+"""Tables whose entries apply to the site or to faults, not to single sessions."""
 OF_SESSIONS = tuple(name for name in Corrections.model_fields if name not in OF_SITE)
 
 
