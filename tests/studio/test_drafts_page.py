@@ -42,8 +42,7 @@ def opened(browser: Browser, tmp_path: Path) -> Iterator[tuple[Page, Path]]:
 
 
 def is_loaded(page: Page) -> None:
-    """A page of a survey without walks begins with this tab once it has everything."""
-    expect(page.get_by_role("tab", name="Prepare")).to_have_attribute("aria-selected", "true")
+    expect(page.get_by_role("tab", name="Prepare")).to_be_visible()
 
 
 def add(page: Page, name: str) -> None:

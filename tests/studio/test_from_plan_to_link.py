@@ -299,7 +299,7 @@ def follows_a_link(browser: Browser, folder: Path) -> None:
             page.locator(".time .slider").fill("21.5")
             page.get_by_role("button", name="Copy link to this moment").click()
             link = page.url.partition("#")[2]
-            assert link.endswith("&t=21.5")
+            assert "&t=21.5&tab=walks" in link
             expect(page.get_by_text(WHOLE)).to_have_count(0)
             assert any(answer.status == 206 for answer in answers)
         with shown(browser, f"{url}#{link}", 1200) as (page, _):

@@ -176,7 +176,7 @@ def asked(page: Page, method: str, path: str, **headers: str) -> int:
 
 
 def test_the_token_is_good_for_one_browser(page: Page) -> None:
-    assert page.enter().status_code == 401, "it was used when the page entered"
+    assert page.enter().status_code == 204, "it was used when the page entered, which is in"
     with httpx.Client(base_url=page.url) as other:
         refused = other.get("/api/survey")
         assert (refused.status_code, refused.json()["code"]) == (401, "entry_needed")
@@ -185,7 +185,13 @@ def test_the_token_is_good_for_one_browser(page: Page) -> None:
         token = invitation["url"].partition("#")[2]
         assert other.post("/api/enter", json={"token": token}).status_code == 204
         assert other.get("/api/survey").status_code == 200
-        assert other.post("/api/enter", json={"token": token}).status_code == 401
+        assert other.post("/api/enter", json={"token": token}).status_code == 204, "this browser is in"
+        with httpx.Client(base_url=page.url) as third:
+            refused = third.post("/api/enter", json={"token": token})
+            assert (refused.status_code, refused.json()["code"]) == (401, "link_used")
+            token = page.post("/api/invitations", {})["url"].partition("#")[2]
+            assert other.post("/api/enter", json={"token": token}).status_code == 204, "it stays good for others"
+            assert third.post("/api/enter", json={"token": token}).status_code == 204
 
 
 def test_the_cookie_is_kept_from_scripts_and_other_sites() -> None:

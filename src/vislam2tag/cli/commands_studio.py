@@ -152,14 +152,17 @@ def _end(record: ExportRecord, out: Path, as_json: bool) -> None:
 
 def _serve(given: StudioOptions, workspace: Workspace) -> None:
     # Only a server needs these; starting quickly matters to all other commands.
+    import shlex
+    import sys
     import webbrowser
 
     from vislam2tag.common.addresses import code_of, listen
     from vislam2tag.studio.app import opened_studio, serve_studio
 
+    command = shlex.join(("vislam2tag", *sys.argv[1:]))
     with (
         listen(given.host, given.port) as opened,
-        opened_studio(workspace, given.host, opened, given.jobs) as (url, app),
+        opened_studio(workspace, given.host, opened, given.jobs, command) as (url, app),
     ):
         if given.json:
             say_json({"url": url, "labels": workspace.out})

@@ -107,21 +107,29 @@ async def _asset(request: Request) -> Response:
 
 
 async def _enter(studio: Studio, request: Request) -> Response:
+    """Exchange a token for a cookie; a browser that has one needs no other, and leaves the token for others."""
     _refuse_strangers(studio, request)
     token = (await _body_record(EnterRequest, request)).token
+    if _is_known(studio, request):
+        return Response(status_code=204)
     cookie = studio.guard.enter(token)
     if cookie is None:
-        raise RefusedError(401, "entry_needed", "this address was already used; restart the studio for a new one")
+        message = "this link was already used; get another one in a browser that has access, or restart the studio"
+        raise RefusedError(401, "link_used", message)
     return Response(status_code=204, headers={"Set-Cookie": cookie})
 
 
 async def _let_in(studio: Studio, handler: Callable[[Request], Awaitable[Response]], request: Request) -> Response:
     _refuse_strangers(studio, request)
-    if not studio.guard.knows(request.headers.get("cookie", "")):
+    if not _is_known(studio, request):
         raise RefusedError(401, "entry_needed", "open the address that the terminal shows")
     if not admit(request):
         raise RefusedError(429, "busy", "too many pages are open at once; close some of them")
     return await handler(request)
+
+
+def _is_known(studio: Studio, request: Request) -> bool:
+    return studio.guard.knows(request.headers.get("cookie", ""))
 
 
 def _refuse_strangers(studio: Studio, request: Request) -> None:
@@ -231,16 +239,19 @@ async def _refuse(studio: Studio, request: Request, error: Exception) -> Respons
 
 @contextmanager
 def opened_studio(
-    workspace: Workspace, host: str, opened: socket.socket, workers: int
+    workspace: Workspace, host: str, opened: socket.socket, workers: int, command: str = ""
 ) -> Iterator[tuple[str, Starlette]]:
-    """The address with a first token, and the application; its jobs end at the end of the block."""
+    """The address with a first token, and the application; its jobs end at the end of the block.
+
+    The page shows ``command`` after the studio has ended, to start it again.
+    """
     events = Events(workspace.refresh)
     guard = Guard(host, opened.getsockname()[1])
     jobs = JobQueue(workspace, events.publish, workers)
     handover = Handover(workspace, jobs, events.publish)
     dropped, worker = DroppedFiles(), Worker()
     try:
-        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover, dropped, worker)
+        studio = Studio(workspace, jobs, Diagnoses(workspace), events, guard, handover, dropped, worker, command)
         yield url_for(host, guard.port, guard.invite()), studio_app(studio)
     finally:
         handover.close()

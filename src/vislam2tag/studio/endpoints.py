@@ -48,12 +48,14 @@ class Studio:
     handover: Handover
     dropped: preparing.DroppedFiles
     worker: Worker
+    command: str
+    """Starts this studio."""
 
 
 @endpoint("GET", "/api/survey")
-def _survey(workspace: Workspace) -> messages.SurveyView:
+def _survey(workspace: Workspace, command: str) -> messages.SurveyView:
     workspace.refresh()
-    return survey_view.survey_view(workspace)
+    return survey_view.survey_view(workspace, command)
 
 
 @endpoint("GET", "/api/floors/{number:short}/plan")

@@ -120,6 +120,8 @@ class SurveyView(FiniteRecord):
     labels: str
     """Folder of the labels."""
     program_version: str
+    command: str
+    """Starts the studio again; empty in a copy."""
     floors: list[FloorView]
     landmarks: list[LandmarkView]
     control_points: list[ControlPointView]

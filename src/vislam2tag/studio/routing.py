@@ -58,7 +58,7 @@ class Endpoint:
 
 ENDPOINTS: list[Endpoint] = []
 """All endpoints, after ``endpoints`` is imported."""
-PARTS = frozenset(("workspace", "jobs", "diagnoses", "events", "guard", "handover", "dropped", "worker"))
+PARTS = frozenset(("workspace", "jobs", "diagnoses", "events", "guard", "handover", "dropped", "worker", "command"))
 """Parts of the studio by name (:class:`.endpoints.Studio`)."""
 
 

@@ -25,8 +25,8 @@ from vislam2tag.studio.work_messages import ComparisonView
 from vislam2tag.studio.workspace import Workspace, plan_stamp
 
 
-def survey_view(workspace: Workspace) -> messages.SurveyView:
-    """Everything except the sessions."""
+def survey_view(workspace: Workspace, command: str = "") -> messages.SurveyView:
+    """Everything except the sessions; ``command`` starts the studio."""
     now = workspace.now
     labels = workspace.settings.labels
     return messages.SurveyView(
@@ -35,6 +35,7 @@ def survey_view(workspace: Workspace) -> messages.SurveyView:
         root=str(workspace.root.resolve()),
         labels=str(workspace.out.resolve()),
         program_version=__version__,
+        command=command,
         floors=[_floor(floor) for floor in now.survey.site.floors],
         landmarks=_landmarks(workspace),
         control_points=_control_points(workspace),

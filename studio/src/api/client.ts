@@ -1,9 +1,10 @@
 // What the page asks for and tells: of a running studio, or of the files of an export, which only shows.
 import type { AddedFloor, Change, ChangedFloor, Collecting, Comparison, CorrectionTable, Corrections, Covered, Diagnosis, DroppedFile, Feature, FloorChange, FloorRequest, Job, LayerInfo, PlanChange, PlanLook, PlanWish, Planned, Preview, Radio, RegisterWish, Registered, Rooms, RoomsWish, SessionDetail, Session, Shared, Sheets, SheetsWish, Survey, Taps, Undone, Walls, WallsWish, Written } from './model';
-import { request, server } from './server';
+import { answered, request, server } from './server';
 import { type Source, folder } from './source';
 
 export { Refusal } from './server';
+export { Unreachable, isReachable } from './source';
 
 /** Nothing can be changed or asked for that was not written ahead. */
 export const readOnly = folder !== null;
@@ -14,15 +15,18 @@ export const reading = { whole: () => {} };
 const source: Promise<Source> = folder === null ? Promise.resolve(server) : import('./files').then(({ filesIn }) => filesIn(folder!, () => reading.whole()));
 
 const get = async <T>(path: string, query?: Record<string, string | number>): Promise<T> => (await source).json<T>(path, query);
-const json = async <T>(method: string, path: string, body?: unknown, headers?: Record<string, string>): Promise<T> =>
-  (await request(method, path, body, headers)).json() as Promise<T>;
+const json = <T>(method: string, path: string, body?: unknown, headers?: Record<string, string>): Promise<T> =>
+  answered(request(method, path, body, headers));
 
 const name = encodeURIComponent;
 
-/** Exchange the token of the address for a cookie, and take it out of the address; a link to a walk holds none. */
+/** The token in the address; empty: there is none, as in a link to a view. */
+export const tokenHere = (): string => (readOnly || location.hash.includes('=') ? '' : location.hash.slice(1));
+
+/** Exchange the token of the address for a cookie, and take it out of the address. */
 export async function enter(): Promise<void> {
-  const token = location.hash.slice(1);
-  if (!token || token.includes('=')) return;
+  const token = tokenHere();
+  if (!token) return;
   history.replaceState(null, '', location.pathname);
   await request('POST', '/api/enter', { token });
 }
@@ -52,6 +56,7 @@ export const save = (text: string, version: string) =>
 export const process = (ids: string[] | null = null) => json<Job>('POST', '/api/jobs', { kind: 'process', sessions: ids });
 export const diagnose = () => json<Job>('POST', '/api/jobs', { kind: 'diagnose' });
 export const cancel = (id: number) => json<Job>('DELETE', `/api/jobs/${id}`);
+export const jobs = async () => (await get<{ jobs: Job[] }>('jobs')).jobs;
 export const diagnosis = () => get<Diagnosis>('diagnosis');
 export const invite = async () => (await json<{ url: string }>('POST', '/api/invitations', {})).url;
 export const compare = (a: string, b: string) => get<Comparison>('compare', { a, b });

@@ -2,7 +2,7 @@
 import { type AsyncBuffer, type FileMetaData, asyncBufferFromUrl, parquetMetadataAsync, parquetRead } from 'hyparquet';
 import { type Series, seriesOf, trackOf } from './arrow';
 import type { Radio, Session } from './model';
-import type { Source } from './source';
+import { type Source, reached } from './source';
 
 type Rows = [from: number, to: number];
 type Statistic = { min: number; max: number } | null;
@@ -21,7 +21,7 @@ export function filesIn(folder: string, whole: () => void): Source {
   const lists = new Map<string, Promise<unknown>>();
 
   async function watched(address: RequestInfo | URL, init?: RequestInit): Promise<Response> {
-    const answer = await fetch(address, init);
+    const answer = await reached(fetch(address, init));
     if (answer.status === 200 && new Headers(init?.headers).has('Range')) whole();
     return answer;
   }
@@ -40,15 +40,16 @@ export function filesIn(folder: string, whole: () => void): Source {
 
   async function json<T>(path: string, query: Record<string, string | number> = {}): Promise<T> {
     const address = `${folder}${[path, ...Object.values(query).map((value) => encodeURIComponent(value))].join('/')}.json`;
-    const answer = await fetch(address);
+    const answer = await reached(fetch(address));
     if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
-    return answer.json() as Promise<T>;
+    return reached(answer.json() as Promise<T>);
   }
 
   /** Of a walk: its number in the tables. */
   async function numberOf(id: string): Promise<number> {
     const found = lists.get('sessions') ?? json<{ sessions: Session[] }>('sessions');
     lists.set('sessions', found);
+    found.catch(() => lists.delete('sessions'));
     const { sessions } = (await found) as { sessions: Session[] };
     return sessions.findIndex((session) => session.id === id);
   }

@@ -1,10 +1,11 @@
 // The list of a fleet's surveys: its first rows at once, all of them when somebody searches.
 import type { FleetView } from './model';
+import { reached } from './source';
 
 export type Row = FleetView['rows'][number];
 
 async function fetched(address: string): Promise<Response> {
-  const answer = await fetch(address);
+  const answer = await reached(fetch(address));
   if (!answer.ok) throw new Error(`${address}: ${answer.status} ${answer.statusText}`);
   return answer;
 }

@@ -2682,6 +2682,8 @@ export interface components {
          * @description The survey without its sessions.
          */
         SurveyView: {
+            /** Command */
+            command: string;
             /** Control Points */
             control_points: components["schemas"]["ControlPointView"][];
             /** Devices */

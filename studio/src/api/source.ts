@@ -14,6 +14,22 @@ export interface Source {
   radioMap(floor: number, technology: string, layer: string, bssid: string): Promise<Float32Array>;
 }
 
+/** Nothing answers at an address. */
+export class Unreachable extends Error {}
+
+/** What comes over the network; if it breaks off, an Unreachable, whatever the browser calls it. */
+export const reached = <T>(work: Promise<T>): Promise<T> =>
+  work.catch((error: unknown) => {
+    throw error instanceof TypeError ? new Unreachable(error.message) : error;
+  });
+
+/** Whether something answers at the page's own address. */
+export const isReachable = (): Promise<boolean> =>
+  fetch(location.pathname, { method: 'HEAD', cache: 'no-store' }).then(
+    () => true,
+    () => false,
+  );
+
 const told = document.querySelector<HTMLMetaElement>('meta[name=vislam2tag-data]')?.content;
 const asked = new URLSearchParams(location.search).get('survey') ?? '';
 const named = /^[A-Za-z0-9][A-Za-z0-9._-]*$/.test(asked) && asked;

@@ -53,6 +53,8 @@ class Choice {
   lastSession = $state<string | null>(null);
   /** Seconds after its first frame. */
   time = $state(0);
+  /** Whether its moment is to be brought into view once it is loaded. */
+  centred = false;
   /** A part of the walk painted on the slider: from, to; seconds. */
   span = $state.raw<[number, number] | null>(null);
   /** A landmark or control point. */
@@ -85,7 +87,7 @@ export const choice = new Choice();
 export function chooseSession(id: string | null): void {
   choice.session = id;
   if (id !== null) choice.lastSession = id;
-  [choice.time, choice.span] = [0, null];
+  [choice.time, choice.span, choice.centred] = [0, null, false];
   const session = id === null ? undefined : data.byId.get(id);
   if (!session) return;
   if (!session.floors.includes(choice.floor)) choice.floor = session.floors[0] ?? session.key.floor;

@@ -28,7 +28,10 @@ class Data {
   problem = $state('');
   /** What was done last, for the status line and readers of the screen. */
   notice = $state('');
-  entryNeeded = $state(false);
+  /** Why this browser is not let in; null: it is. */
+  refused = $state<'link_used' | 'restarted' | 'entry' | null>(null);
+  /** Nothing answers at the page's address: the studio has ended, or the network is down. */
+  lost = $state(false);
   /** The server of an export gives whole files where a part is asked for. */
   wholeFiles = $state(false);
 
@@ -37,6 +40,8 @@ class Data {
   /** Ask for the survey and its sessions again. */
   reload = loadSurvey;
   byId = $derived(new Map(this.sessions.map((session) => [session.id, session])));
+  /** To be called once there is something to show. */
+  opened: () => void = () => {};
 }
 
 export const data = new Data();
@@ -54,8 +59,14 @@ export async function follow(work: () => Promise<void>): Promise<boolean> {
     await work();
     return true;
   } catch (error) {
-    if (error instanceof api.Refusal && error.problem.code === 'entry_needed') data.entryNeeded = true;
-    if (error instanceof api.Refusal && error.problem.corrections) data.corrections = error.problem.corrections;
+    if (error instanceof api.Unreachable) {
+      void reconnect();
+      return false;
+    }
+    const { code, corrections } = error instanceof api.Refusal ? error.problem : {};
+    if (code === 'link_used') data.refused = code;
+    if (code === 'entry_needed') data.refused = data.survey ? 'restarted' : 'entry';
+    if (corrections) data.corrections = corrections;
     data.problem = error instanceof Error ? error.message : String(error);
     return false;
   }
@@ -83,33 +94,60 @@ export async function loadDiagnosis(): Promise<void> {
   data.diagnosis = await api.diagnosis();
 }
 
+/** Enter and load everything, also again: after a new link, or once a studio answers again. */
 export async function start(): Promise<void> {
   await attempt(async () => {
-    if (!api.readOnly) await api.enter();
-    await loadSurvey();
-    await Promise.all([loadTracks(), loadCorrections(), loadRest()]);
+    await api.enter();
+    const [found, more] = await Promise.all([
+      Promise.all([api.survey(), api.sessions(), api.layers(), api.corrections()]),
+      api.readOnly ? null : Promise.all([api.correctionTables(), api.collecting(), api.shared()]),
+    ]);
+    [data.survey, data.sessions, data.layers, data.corrections] = found;
+    if (more) [data.tables, data.collecting, data.shared] = more;
+    data.refused = null;
+    data.opened();
+    await loadTracks();
     if (!api.readOnly) listen();
     await loadDiagnosis();
   });
-}
-
-async function loadRest(): Promise<void> {
-  data.layers = await api.layers();
-  if (!api.readOnly) [data.tables, data.collecting, data.shared] = await Promise.all([api.correctionTables(), api.collecting(), api.shared()]);
 }
 
 async function loadShared(): Promise<void> {
   data.shared = await api.shared();
 }
 
+const [FIRST_MS, LONGEST_MS] = [200, 5000];
+let wait = FIRST_MS;
+let reconnecting = false;
+
+/** Ask until something answers at the page's address, then load everything again. */
+async function reconnect(): Promise<void> {
+  if (reconnecting) return;
+  reconnecting = true;
+  events?.close();
+  for (;;) {
+    await new Promise((done) => setTimeout(done, wait));
+    wait = Math.min(2 * wait, LONGEST_MS);
+    if (await api.isReachable()) break;
+    [data.lost, data.jobs] = [true, []];
+  }
+  if (data.lost) wait = FIRST_MS; // what answers but ends its events again and again is asked less often
+  reconnecting = data.lost = false;
+  await start();
+}
+
 async function loadCorrections(): Promise<void> {
   data.corrections = await api.corrections();
 }
 
+let events: EventSource | null = null;
+
 /** Hear of changes: by this page, the terminal or a second studio. */
 function listen(): void {
   let known: Versions | null = null;
-  const source = new EventSource('/api/events');
+  events?.close();
+  const source = (events = new EventSource('/api/events'));
+  source.onerror = () => void reconnect();
   const compare = (event: MessageEvent<string>) => {
     const now = JSON.parse(event.data) as Versions;
     const before = known;
@@ -122,7 +160,13 @@ function listen(): void {
       if (now.labels !== before.labels || now.corrections !== before.corrections) await loadDiagnosis();
     });
   };
-  source.addEventListener('hello', compare);
+  source.addEventListener('hello', (event: MessageEvent<string>) => {
+    compare(event);
+    void follow(async () => {
+      const earlier = await api.jobs();
+      data.jobs = [...earlier.filter(({ id }) => !data.jobs.some((job) => job.id === id)), ...data.jobs];
+    });
+  });
   source.addEventListener('versions', compare);
   source.addEventListener('collecting', (event: MessageEvent<string>) => {
     data.collecting = JSON.parse(event.data) as Collecting;

@@ -42,9 +42,7 @@ export class Draft<T> {
     this.initial = textOf(initial);
     this.value = this.of(kept?.value ?? initial);
     [this.basis, this.now] = [kept?.basis ?? basis, basis];
-    $effect.root(() => {
-      $effect(() => write(this.key, this.changed ? { version: VERSION, basis: this.basis, value: this.value } : null));
-    });
+    $effect(() => write(this.key, this.changed ? { version: VERSION, basis: this.basis, value: this.value } : null));
   }
 
   private of(value: T): T {
@@ -83,9 +81,9 @@ const keyOf = (tool: string, place: string) => `vislam2tag-draft ${JSON.stringif
 function draftOf<T>(tool: string, place: string, initial: T, basis: string, deep: boolean): Draft<T> {
   return untrack(() => {
     const key = keyOf(tool, place);
-    const draft = live.get(key) ?? new Draft<unknown>(key, initial, basis, deep);
-    live.set(key, draft);
-    return draft as Draft<T>;
+    // In a root of its own, so that it is followed after the component is gone that opened it first.
+    if (!live.has(key)) $effect.root(() => void live.set(key, new Draft<unknown>(key, initial, basis, deep)));
+    return live.get(key) as Draft<T>;
   });
 }
 

@@ -16,6 +16,7 @@ vi.mock('../api/client', () => {
   };
   return {
     Refusal,
+    Unreachable: class extends Error {},
     reading: {},
     preview: async ({ base, changes }: { base: string; changes: { table: string }[] }) => ({
       before: server.text, text: `${server.text}[[${changes[0].table}]]\n`, version: server.version, lines: base, entries: [], touched: ['a'],

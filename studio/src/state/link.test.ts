@@ -1,13 +1,28 @@
 import { describe, expect, it } from 'vitest';
-import { hashOf, momentOf } from './link';
+import { type View, hashOf, isStep, viewOf } from './link';
 
-describe('links to a moment', () => {
-  it('lead back to the walk and time that they were made of', () => {
-    const walk = 'floor_1.LG & Co#2';
-    expect(momentOf(hashOf(walk, 12.34))).toEqual({ walk, time: 12.3 });
+const NOTHING: View = { walk: null, time: 0, tab: null, floor: null, colour: null, shown: null };
+const MOMENT: View = { walk: 'floor_1.LG & Co#2', time: 12.3, tab: 'diagnose', floor: -1, colour: 'sigma', shown: ['events', 'walk&able'] };
+
+describe('addresses', () => {
+  it.each([NOTHING, MOMENT, { ...MOMENT, shown: [] }, { ...NOTHING, tab: 'radio', floor: 0 }])('lead back to the view that they were made of', (view) => {
+    expect(viewOf(hashOf(view))).toEqual(view);
   });
-  it('tell a token and broken times from a moment', () => {
-    expect(momentOf('#kJ3-token_of_entry')).toBeNull();
-    expect(momentOf('#walk=a&t=soon')).toEqual({ walk: 'a', time: 0 });
+  it('of older pages name a walk and a moment', () => {
+    expect(viewOf('#walk=a&t=31.5')).toEqual({ ...NOTHING, walk: 'a', time: 31.5 });
+  });
+  it('that are broken say nothing', () => {
+    expect(viewOf('#walk=a&t=soon&floor=1e9')).toEqual({ ...NOTHING, walk: 'a' });
+    expect(viewOf('#kJ3-token_of_entry')).toEqual(NOTHING);
+  });
+});
+
+describe('one goes back', () => {
+  it('over tabs, walks and floors', () => {
+    for (const change of [{ tab: 'walks' }, { walk: null }, { floor: 2, time: 0 }]) expect(isStep(MOMENT, { ...MOMENT, ...change })).toBe(true);
+  });
+  it('not over moments, the floors on the way, layers and colours, and not to a page without a view', () => {
+    for (const change of [{ time: 13 }, { floor: 2, time: 13 }, { colour: 'age' }, { shown: null }]) expect(isStep(MOMENT, { ...MOMENT, ...change })).toBe(false);
+    expect(isStep(NOTHING, MOMENT)).toBe(false);
   });
 });

@@ -1,8 +1,17 @@
 // What is left to do in each view, for badges, and the next task.
 import { data } from './data.svelte';
 import { openFaults } from './faults.svelte';
-import type { Tab } from './choice.svelte';
+import { readOnly } from '../api/client';
+import { type Stage, type Tab, VIEWS } from './choice.svelte';
 import { nextTask, waitingOf } from './next';
+
+/** An export only shows. */
+const hidden: Tab[] = readOnly ? ['prepare', 'share'] : [];
+const isShown = (view: Tab) => !hidden.includes(view) && !(readOnly && view === 'compare' && (data.survey?.outputs.length ?? 0) < 2);
+
+/** The views of a step that there are here. */
+export const viewsOf = (stage: Stage): Tab[] => VIEWS[stage].filter(isShown);
+export const shownViews = (): Tab[] => Object.values(VIEWS).flat().filter(isShown);
 
 class Badges {
   private counts = $derived<Partial<Record<Tab, number>>>({

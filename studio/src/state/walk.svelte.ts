@@ -2,7 +2,7 @@
 import { type Series, type Track } from '../api/arrow';
 import * as api from '../api/client';
 import type { SessionDetail } from '../api/model';
-import { choice } from './choice.svelte';
+import { choice, show } from './choice.svelte';
 import { data, follow } from './data.svelte';
 
 export interface Moment {
@@ -60,7 +60,19 @@ export function followChoice(): void {
     }
     void follow(async () => {
       const [detail, track, series] = await Promise.all([api.session(id), api.walk(id, output), api.series(id, output)]);
-      if (id === choice.session && output === data.output) [walk.detail, walk.track, walk.series] = [detail, track, series];
+      if (id !== choice.session || output !== data.output) return;
+      [walk.detail, walk.track, walk.series] = [detail, track, series];
+      if (choice.centred) showMoment(track, walk.row);
+      choice.centred = false;
     });
   });
+}
+
+/** Half of the width that is shown around a moment, metres. */
+const AROUND_M = 8;
+
+/** Bring the place of a frame into view, in the middle. */
+function showMoment({ x, y, floor }: Track, row: number): void {
+  if (row < 0 || Number.isNaN(x[row])) return;
+  show([-AROUND_M, AROUND_M].map((side) => ({ floor: floor[row], x: x[row] + side, y: y[row] + side })));
 }

@@ -117,16 +117,41 @@ def test_a_link_leads_to_one_walk_at_one_moment_from_any_file_server(page_folder
             parts = [answer for answer in answers if answer.url.endswith("1-wifi.parquet") and answer.status == 206]
             (size,) = {int(answer.headers["content-range"].rpartition("/")[2]) for answer in parts}
             assert 0 < sum(int(answer.headers["content-length"]) for answer in parts) < size / 2
-            page.get_by_role("button", name="Copy link to this moment").click()
             page.locator(".time .slider").fill("12")
             page.get_by_role("button", name="Copy link to this moment").click()
-            assert page.url == f"{url}#walk={id}&t=12.0"
+            assert page.url == f"{url}#walk={id}&t=12.0&tab=radio&floor=1"
         with plain_server(page_folder) as url, shown(browser, f"{url}#walk={id}&t=31.5", 400) as (page, answers):
             expect(page.locator(".time .slider")).to_have_value("31.5", timeout=LATEST_MS)
             expect(page.get_by_text(WHOLE)).to_be_visible(timeout=LATEST_MS)
             only_shows(page, 2)
             page.goto(f"{url}#walk=nobody")
             expect(page.get_by_text("The survey has no walk nobody.")).to_be_visible()
+
+
+def says_that_its_server_is_lost(page: Page) -> None:
+    expect(page.locator(".list .row")).to_have_count(2, timeout=LATEST_MS)
+    page.context.set_offline(True)
+    page.locator(".list .row").last.click()
+    expect(page.get_by_role("alert")).to_contain_text("The server of this page cannot be reached.", timeout=LATEST_MS)
+    page.context.set_offline(False)
+    expect(page.get_by_role("alert")).to_have_count(0, timeout=LATEST_MS)
+    expect(page.locator(".values dd").first).not_to_have_text("–", timeout=LATEST_MS)
+
+
+@pytest.mark.slow
+def test_a_page_that_is_opened_as_a_file_says_how_to_serve_it_and_a_lost_server_is_said(page_folder: Path) -> None:
+    with running_browser() as browser:
+        page = browser.new_page(viewport={"width": 390, "height": 800}, locale="en")
+        page.goto((page_folder / "index.html").as_uri())
+        title = page.get_by_role("heading", name="This page needs a web server")
+        expect(title).to_be_visible()
+        assert title.evaluate("title => getComputedStyle(title).fontSize") == "24px", "its style sheet is there"
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        with plain_server(page_folder) as url:
+            page.goto(url)
+            expect(page.get_by_role("tab", name="Walks")).to_be_visible(timeout=LATEST_MS)
+            expect(title).to_have_count(0)
+            says_that_its_server_is_lost(page)
 
 
 def only_shows(page: Page, reads: int) -> None:

@@ -144,7 +144,7 @@ def found_and_opened(page: Page, search: str, back: str, all: str, one: str) -> 
     page.locator(".list .row").first.click(timeout=LATEST_MS)
     page.locator(".time .slider").fill("7.5")
     page.get_by_role("button", name="Link").click()
-    expect(page).to_have_url(re.compile(r"survey=ward-7#walk=.*&t=7.5$"))
+    expect(page).to_have_url(re.compile(r"survey=ward-7#walk=.*&t=7.5&tab=walks&floor=0$"))
     address = page.url
     page.get_by_role("link", name=back).click()
     expect(page.get_by_text(all)).to_be_visible(timeout=LATEST_MS)
