@@ -20,6 +20,8 @@ class Choice {
   showBand = $state(false);
   showEvents = $state(true);
   layers = $state<Record<string, boolean>>({});
+  /** Kinds of the legend that are not drawn. */
+  hidden = $state<Record<string, boolean>>({});
 
   text = $state('');
   filterFloor = $state('');
