@@ -33,7 +33,7 @@ export const ORDERED = ['#440154', '#46327e', '#365c8d', '#277f8e', '#1fa187', '
 export const DASHES = [undefined, [10, 6], [3, 5], [12, 5, 3, 5]];
 const UNKNOWN = '#9aa2ab';
 /** On the map it crosses labelled parts, from which its light blue in reports hardly differs in the dark. */
-const UNCERTAIN: Look = { colour: '#e69f00', dash: [7, 4] };
+const UNCERTAIN: Look = { colour: '#e69f00' };
 
 /** Look of the n-th of many: 8 colours, then the same colours with other dashes. */
 export const lookOf = (place: number): Look => ({ colour: DISTINCT[place % DISTINCT.length], dash: DASHES[Math.floor(place / DISTINCT.length) % DASHES.length] });

@@ -70,10 +70,10 @@ describe('colours', () => {
 
   const ok = { code: 0, label: 'ok', name: 'ok', colour: '#0072b2', meaning: '', has_position: true };
 
-  test('status takes the colour of the command line, uncertain positions differ in hue and dashes', () => {
+  test('status takes the colour of the command line, uncertain positions another hue', () => {
     const colours = colouring('status', [], [ok, ...statuses], 1);
     expect(colours.looks[0]).toEqual({ colour: '#0072b2' });
-    expect(colours.looks[colours.index(track([0], [0]), 0)]).toEqual({ colour: '#e69f00', dash: [7, 4] });
+    expect(colours.looks[colours.index(track([0], [0]), 0)]).toEqual({ colour: '#e69f00' });
   });
 
   test('more sessions than colours differ in dashes', () => {

@@ -24,6 +24,8 @@ import { type Picture, paint } from './paint';
 const WIDE = 1e5;
 /** Names of rooms are shown from here on (m per pixel). */
 const ROOM_RESOLUTION = 0.08;
+/** Times of animations are multiplied by this: none for those who asked for less motion. */
+const MOTION = matchMedia('(prefers-reduced-motion: reduce)').matches ? 0 : 1;
 /** The pointer rests after so long (ms). */
 const REST_MS = 60;
 
@@ -78,7 +80,7 @@ export class SiteMap {
   private draw: Draw | null = null;
   private readonly tip: Overlay;
   /** The box that was brought into view last, until the map is moved otherwise, and the view that showed it. */
-  private home: { box: number[]; view: string | null } | null = null;
+  private home: { box: number[]; isWhole: boolean; view: string | null } | null = null;
 
   /** `covered` says how much of each edge (top, right, bottom, left; pixels) is behind what lies on the map. */
   constructor(
@@ -112,8 +114,9 @@ export class SiteMap {
     let rest: ReturnType<typeof setTimeout> | undefined;
     this.map.on('pointermove', ({ coordinate, pixel, dragging }: MapBrowserEvent) => {
       clearTimeout(rest);
+      if (dragging) return;
       heard.pointed(coordinate);
-      if (!dragging) rest = setTimeout(() => heard.rested(coordinate, this.view.getResolution()!, featureAt(pixel, 4)), REST_MS);
+      rest = setTimeout(() => heard.rested(coordinate, this.view.getResolution()!, featureAt(pixel, 4)), REST_MS);
     });
     target.addEventListener('pointerleave', () => {
       clearTimeout(rest);
@@ -122,7 +125,7 @@ export class SiteMap {
     this.map.on('moveend', () => heard.moved(this.view.calculateExtent(), this.view.getResolution()!));
     this.map.on('change:size', () => {
       if (!this.home || !this.map.getSize()?.every(Boolean)) return;
-      if (this.home.view === null || this.home.view === this.here()) this.fit(this.home.box, true);
+      if (this.home.view === null || this.home.view === this.here()) this.fit(this.home.box, this.home.isWhole, true);
       else this.home = null;
     });
     translate.on('translating', ({ features }) => this.dragTo(features.item(0) as Feature, false));
@@ -220,21 +223,21 @@ export class SiteMap {
     if (feature) this.walker.addFeature(feature);
   }
 
-  /** Bring a box [left, low, right, high] into view, from at least a few metres away; again if the map's size changes before it is moved. */
-  fit(box: number[], atOnce = false): void {
-    const home = { box, view: null as string | null };
+  /** Bring a box [left, low, right, high] into view, from at least a few metres away; again if the map's size changes before it is moved. A whole floor may be behind the legend, a part of it may not. */
+  fit(box: number[], isWhole: boolean, atOnce = false): void {
+    const home = { box, isWhole, view: null as string | null };
     this.home = home;
-    this.map.updateSize();
+    this.view.cancelAnimations();
     const size = this.map.getSize();
     if (!size?.every(Boolean)) return; // it is fitted once it has a size
     const edge = Math.min(40, 0.08 * Math.min(...size));
-    const padding = this.covered().map((covered, side) => Math.min(edge + covered, 0.35 * size[(side + 1) % 2]));
+    const padding = (isWhole ? [0, 0, 0, 0] : this.covered()).map((covered, side) => Math.min(edge + covered, 0.35 * size[(side + 1) % 2]));
     const callback = (complete: boolean) => {
       if (this.home !== home) return;
       home.view = this.here();
       if (!complete) this.home = null; // the map was moved on the way
     };
-    this.view.fit(box, { padding, minResolution: 0.02, duration: atOnce ? 0 : 250, callback });
+    this.view.fit(box, { padding, minResolution: 0.02, duration: atOnce ? 0 : 250 * MOTION, callback });
   }
 
   private here(): string {
@@ -252,7 +255,7 @@ export class SiteMap {
   }
 
   zoom(steps: number): void {
-    this.view.animate({ zoom: this.view.getZoom()! + steps, duration: 200 });
+    this.view.animate({ zoom: this.view.getZoom()! + steps, duration: 200 * MOTION });
   }
 
   /** Pan so that a place is in view; its margin is smaller than that of a box that was brought into view. */
@@ -260,6 +263,6 @@ export class SiteMap {
     const [left, low, right, high] = this.view.calculateExtent();
     const margin = 0.05 * Math.min(right - left, high - low);
     const inside = place[0] > left + margin && place[0] < right - margin && place[1] > low + margin && place[1] < high - margin;
-    if (!inside) this.view.animate({ center: place, duration: 200 });
+    if (!inside) this.view.animate({ center: place, duration: 200 * MOTION });
   }
 }
