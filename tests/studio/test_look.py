@@ -104,7 +104,7 @@ def test_one_walk_with_its_charts(page: Page) -> None:
 
 def test_layers(page: Page) -> None:
     assert [layer["name"] for layer in page.get("/api/layers")["layers"]] == [
-        *("conflicts", "contradictions", "gaps", "walkable")
+        *("conflicts", "contradictions", "gaps", "rooms", "walkable")
     ]
     (area,) = page.get("/api/layers/walkable", floor=1)["features"]
     assert area["shape"] == "area"

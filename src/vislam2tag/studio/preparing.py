@@ -50,8 +50,8 @@ class PlanLookView(FiniteRecord):
     """Whether y points down in the file."""
     paper_m: float | None
     """Metres on paper per unit, if the file specifies it."""
-    has_scale: bool
-    """Whether the file contains its scale."""
+    size_m: Point | None
+    """Width and height by the scale that the file contains; None if it contains none."""
     levels: list[str]
     """Names of the file's levels, one of which is shown; empty if it has none."""
 
@@ -301,16 +301,16 @@ def look(
     path, source = dropped.path(number), PlanSource(file="plan", page=page, level=level)
     with plan_called(path.name):
         found = look_at_plan(path, source)
-    return seen_as(PlanLookView, found, name=path.name, has_scale=_has_scale(path, source, workspace.root))
+    return seen_as(PlanLookView, found, name=path.name, size_m=_size_m(path, source, workspace.root))
 
 
-def _has_scale(path: Path, source: PlanSource, root: Path) -> bool:
+def _size_m(path: Path, source: PlanSource, root: Path) -> Point | None:
     part = read_site_file(root).georeference if has_site_file(root) else None
     try:
-        plan_extent(path, source, None if part is None else part.georeference())
+        left, right, low, high = plan_extent(path, source, None if part is None else part.georeference())
     except OSError:
-        return False
-    return True
+        return None
+    return right - left, high - low
 
 
 @endpoint("GET", "/api/prepare/files/{number:short}/picture")

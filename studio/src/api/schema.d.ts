@@ -1753,8 +1753,6 @@ export interface components {
             ] | null;
             /** Downwards */
             downwards: boolean;
-            /** Has Scale */
-            has_scale: boolean;
             /** Is Picture */
             is_picture: boolean;
             /** Levels */
@@ -1763,6 +1761,11 @@ export interface components {
             name: string;
             /** Paper M */
             paper_m: number | null;
+            /** Size M */
+            size_m: [
+                number,
+                number
+            ] | null;
         };
         /**
          * PlanSource

@@ -3,8 +3,12 @@ import Feature from 'ol/Feature';
 import { LineString, Point, Polygon } from 'ol/geom';
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from 'ol/style';
 import type { ControlPoint, EventStyle, Fault, Feature as LayerFeature, Landmark, WalkEvent } from '../api/model';
+import { said } from '../words/sentences';
+import { clock, named, number, t } from '../words/words.svelte';
 import { type Placing, at } from './affine';
-import { DISTINCT, lighter } from './colours';
+import { DASHES, DISTINCT, lighter } from './colours';
+import { type Entry, explain } from './legend';
+import type { Move } from './moves';
 
 export interface Mark {
   kind: 'landmark' | 'control';
@@ -39,18 +43,31 @@ function pointFeature(kind: Mark['kind'], point: Landmark | ControlPoint, placin
   const mark: Mark = { kind, floor: point.floor, id: point.id };
   feature.set('mark', mark);
   const isChosen = chosen?.kind === kind && chosen.floor === point.floor && chosen.id === point.id;
-  const [radius, colour] = kind === 'landmark' ? [isChosen ? 10 : 7, point.corrected ? '#d55e00' : '#6639ba'] : [isChosen ? 9 : 6, '#009e73'];
   const excluded = 'excluded' in point && point.excluded;
+  const entry = pointEntry(kind, point.corrected !== null, excluded);
+  const { colour } = entry;
+  const radius = kind === 'landmark' ? (isChosen ? 10 : 7) : isChosen ? 9 : 6;
   const shape = new RegularShape({
     points: kind === 'landmark' ? 4 : 3,
     angle: kind === 'landmark' ? Math.PI / 4 : 0,
     radius,
     declutterMode: 'none',
-    fill: new Fill({ color: excluded ? 'rgba(128,128,128,0.3)' : colour }),
+    fill: new Fill({ color: excluded ? `${colour}50` : colour }),
     stroke: new Stroke({ color: isChosen ? (dark ? '#fff' : '#000') : '#fff', width: isChosen ? 2.5 : 1 }),
   });
   feature.setStyle(new Style({ image: shape, text: label(point.id, dark), zIndex: isChosen ? 2 : 1 }));
-  return [feature];
+  const seen = 'seen_in' in point ? ` · ${t('tip.seen_in', { count: point.seen_in })}` : '';
+  return [explain(feature, entry, `${entry.text} ${point.id} · ${placeText(place)}${seen}`)];
+}
+
+/** Coordinates on a floor as text (m). */
+export const placeText = ([x, y]: number[], digits = 2): string => t('map.at', { x: number(x, digits), y: number(y, digits) });
+
+function pointEntry(kind: Mark['kind'], corrected: boolean, excluded: boolean): Entry {
+  if (kind === 'control') return { key: 'control', text: t('legend.control'), symbol: 'triangle', colour: '#009e73' };
+  if (excluded) return { key: 'excluded', text: t('legend.excluded'), symbol: 'diamond', colour: '#808080' };
+  if (corrected) return { key: 'corrected', text: t('legend.corrected'), symbol: 'diamond', colour: '#d55e00' };
+  return { key: 'landmark', text: t('legend.landmark'), symbol: 'diamond', colour: '#6639ba' };
 }
 
 /** A landmark that is planned, not hung yet. */
@@ -83,7 +100,8 @@ export function eventFeatures(events: WalkEvent[], styles: EventStyle[], placing
     const colour = styles.find(({ kind }) => kind === event.kind)?.colour ?? '#6e7781';
     feature.setStyle(new Style({ image: new RegularShape({ points: 3, radius: 7, angle: Math.PI, declutterMode: 'none', fill: new Fill({ color: '#fff' }), stroke: new Stroke({ color: colour, width: 2.5 }) }) }));
     feature.set('t', event.t);
-    return [feature];
+    const text = named('event', event.kind);
+    return [explain(feature, { key: `event:${event.kind}`, text, symbol: 'event', colour }, `${text} · ${clock(event.t)}`)];
   });
 }
 
@@ -94,10 +112,13 @@ export function faultFeatures(faults: Fault[], placing: Placing): Feature[] {
     const from = at(placed, place.x, place.y);
     const ring = new Feature(new Point(from));
     ring.setStyle(new Style({ image: new Circle({ radius: 14, declutterMode: 'none', stroke: new Stroke({ color: SEVERITY.error, width: 3 }) }) }));
+    const entry: Entry = { key: 'fault', text: t('legend.fault'), symbol: 'ring', colour: SEVERITY.error };
+    const tip = said(fault.summary);
+    explain(ring, entry, tip);
     if (place.to_x === null || place.to_y === null) return [ring];
     const arrow = new Feature(new LineString([from, at(placed, place.to_x, place.to_y)]));
     arrow.setStyle(arrowStyle(arrow.getGeometry()!, SEVERITY.error, [6, 5]));
-    return [ring, arrow];
+    return [ring, explain(arrow, entry, tip)];
   }));
 }
 
@@ -134,12 +155,25 @@ export function tapFeature(place: number[], text: string, isChosen: boolean, dar
   return feature;
 }
 
-const DASHES = [undefined, [10, 6], [3, 5], [12, 5, 3, 5]];
 /** Colour and dashes of the possible path of this rank. */
 export const pathLook = (rank: number, dark: boolean): { colour: string; dash: number[] | undefined } => ({
   colour: dark ? lighter(DISTINCT[rank % DISTINCT.length]) : DISTINCT[rank % DISTINCT.length],
   dash: DASHES[rank % DASHES.length],
 });
+
+/** Where labels of one output are away from those of another, of which the largest is first. */
+export function moveFeatures(moves: Move[], placing: Placing): Feature[] {
+  const color = '#cc2a8a';
+  const entry: Entry = { key: 'moves', text: t('legend.moves', { count: moves.length, metres: number(moves[0]?.metres, 2) }), symbol: 'arrow', colour: color };
+  return moves.flatMap(({ floor, from, to, metres }) => {
+    const placed = placing.get(floor);
+    if (!placed) return [];
+    const line = new LineString([at(placed, ...from), at(placed, ...to)]);
+    const feature = new Feature(line);
+    feature.setStyle(arrowStyle(line, color));
+    return [explain(feature, entry, t('tip.move', { metres: number(metres, 2) }))];
+  });
+}
 
 /** A path that a walk may have taken, with a dot and a text where the walk was at a moment. */
 export function pathFeatures(points: number[][], place: number[], text: string, rank: number, faint: boolean, dark: boolean): Feature[] {
@@ -163,7 +197,8 @@ export function dotFeature(place: number[], text: string): Feature {
   return feature;
 }
 
-export function layerFeatures(features: LayerFeature[], placing: Placing): Feature[] {
+/** Shapes of a layer; one with texts only is shown when zoomed in. */
+export function layerFeatures(name: string, title: string, features: LayerFeature[], placing: Placing, dark: boolean): Feature[] {
   return features.flatMap((item) => {
     const placed = placing.get(item.floor);
     if (!placed || !item.coordinates.length) return [];
@@ -178,8 +213,10 @@ export function layerFeatures(features: LayerFeature[], placing: Placing): Featu
     const shape = feature.getGeometry();
     if (shape instanceof LineString) feature.setStyle(arrowStyle(shape, color));
     else if (shape instanceof Polygon) feature.setStyle(new Style({ fill: new Fill({ color: `${color}30` }), stroke: new Stroke({ color: `${color}90`, width: 1 }) }));
+    else if (item.label) feature.setStyle(new Style({ text: label(item.label, dark, 0) }));
     else feature.setStyle(new Style({ image: new Circle({ radius: 10, fill: new Fill({ color }) }) })); // seen around a landmark
-    return [feature];
+    const symbol = item.shape === 'line' ? 'arrow' : item.shape === 'area' ? 'area' : item.label ? 'text' : 'dot';
+    return [explain(feature, { key: `layer:${name}`, text: title, symbol, colour: color }, item.text && said(item.text))];
   });
 }
 
@@ -189,7 +226,7 @@ export function transmitterFeatures(floor: number, place: number[], placing: Pla
   if (!placed) return [];
   const feature = new Feature(new Point(at(placed, place[0], place[1])));
   feature.setStyle(new Style({ image: new RegularShape({ points: 5, radius: 12, radius2: 5, declutterMode: 'none', fill: new Fill({ color: '#b00020' }), stroke: new Stroke({ color: '#fff', width: 2 }) }) }));
-  return [feature];
+  return [explain(feature, { key: 'transmitter', text: t('legend.transmitter'), symbol: 'star', colour: '#b00020' })];
 }
 
 /** The walker at a moment: a dot and, where known, the direction looked in (rad). */

@@ -1,7 +1,9 @@
-// Draws plans, walks, their 95 % band and scans on a canvas, from columns.
+// Draws plans, or a grid without them, walks, their 95 % band and scans on a canvas, from columns.
 import { type Track, runs } from '../api/arrow';
 import { type Affine, type Placing, at } from './affine';
-import type { Colouring } from './colours';
+import { type Colouring, lighter } from './colours';
+import { gridStep } from './ground';
+import { ribbons } from './ribbon';
 
 export interface Plan {
   floor: number;
@@ -20,14 +22,23 @@ export interface Picture {
   shown: Uint8Array;
   /** Index of the session that stands out, -1: none. */
   chosen: number;
-  band: boolean;
+  /** Tracks whose 95 % band is drawn. */
+  bands: Track[];
+  /** Outlines of walks on floors without a plan. */
+  outlines: { floor: number; outline: number[][] }[];
+  grid: boolean;
   stacked: boolean;
+  dark: boolean;
 }
 
-/** 95 % of a two-dimensional normal distribution lie within so many standard deviations: sqrt(chi2(0.95, 2)). */
-const BAND = 2.4477;
+export const BAND_COLOUR = '#56b4e9';
+export const SCAN_COLOUR = '#9a6200';
+export const GROUND_COLOUR = '#6e7781';
+/** Points of the outline of a band are so many pixels apart. */
+const SMOOTH = 6;
 /** Points nearer than this to the last one drawn add nothing to see (pixels). */
 const NEAR = 1.5;
+const SOLID: number[] = [];
 
 /** Paint a picture; `extent` is [left, low, right, high] of the map, `scale` pixels a metre. */
 export function paint(context: CanvasRenderingContext2D, picture: Picture, extent: number[], scale: number): void {
@@ -36,15 +47,46 @@ export function paint(context: CanvasRenderingContext2D, picture: Picture, exten
     return [a * scale, b * scale, (c - extent[0]) * scale, -d * scale, -e * scale, (extent[3] - f) * scale];
   };
   const placing: Placing = new Map([...picture.placing].map(([floor, placed]) => [floor, toPixels(placed)]));
+  if (picture.grid) paintGrid(context, extent, scale, picture.dark);
+  for (const { floor, outline } of picture.outlines) paintOutline(context, outline, placing.get(floor));
   for (const plan of picture.plans) paintPlan(context, plan, placing.get(plan.floor), picture.stacked);
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.globalAlpha = 1;
   context.lineJoin = 'round';
-  for (const track of picture.tracks) {
-    if (picture.band) paintBand(context, track, picture, placing);
-    paintWalks(context, track, picture, placing);
-  }
+  for (const track of picture.bands) paintBand(context, track, picture, placing, scale);
+  for (const track of picture.tracks) paintWalks(context, track, picture, placing);
   if (picture.scans) paintScans(context, picture.scans, picture, placing);
+}
+
+function paintGrid(context: CanvasRenderingContext2D, [left, low, right, high]: number[], scale: number, dark: boolean): void {
+  const step = gridStep(devicePixelRatio / scale);
+  context.beginPath();
+  for (let x = Math.ceil(left / step) * step; x < right; x += step) lineTo((x - left) * scale, 0, (x - left) * scale, context.canvas.height);
+  for (let y = Math.ceil(low / step) * step; y < high; y += step) lineTo(0, (high - y) * scale, context.canvas.width, (high - y) * scale);
+  context.lineWidth = 1;
+  context.strokeStyle = dark ? '#262c34' : '#e3e8ee';
+  context.stroke();
+  function lineTo(...[x0, y0, x1, y1]: number[]) {
+    context.moveTo(Math.round(x0) + 0.5, Math.round(y0) + 0.5);
+    context.lineTo(Math.round(x1) + 0.5, Math.round(y1) + 0.5);
+  }
+}
+
+function paintOutline(context: CanvasRenderingContext2D, outline: number[][], placed: Affine | undefined): void {
+  if (!placed) return;
+  trace(context, outline, placed);
+  context.lineWidth = 1.5;
+  context.strokeStyle = GROUND_COLOUR;
+  context.setLineDash([6, 5]);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** A closed line through points of a floor, as the path to stroke or fill. */
+function trace(context: CanvasRenderingContext2D, points: number[][], placed: Affine): void {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(...at(placed, x, y));
+  context.closePath();
 }
 
 function paintPlan(context: CanvasRenderingContext2D, plan: Plan, placed: Affine | undefined, faint: boolean): void {
@@ -96,7 +138,9 @@ function paintPath(
     }
     if (inside || lastIn) {
       if (!open) {
-        context.strokeStyle = colouring.palette[index];
+        const { colour: stroke, dash } = colouring.looks[index];
+        context.strokeStyle = stroke;
+        context.setLineDash(dash ?? SOLID);
         context.beginPath();
         context.moveTo(row === from ? x : lastX, row === from ? y : lastY);
         open = true;
@@ -106,38 +150,26 @@ function paintPath(
     [lastX, lastY, lastIn, colour] = [x, y, inside, index];
   }
   if (open) context.stroke();
+  context.setLineDash(SOLID);
 }
 
-function paintBand(context: CanvasRenderingContext2D, track: Track, picture: Picture, placing: Placing): void {
-  if (!track.cov_xx.length) return;
-  context.globalAlpha = picture.chosen < 0 ? 0.12 : 0.25;
-  context.fillStyle = '#56b4e9';
-  let [lastX, lastY] = [NaN, NaN];
-  for (let row = 0; row < track.rows; row++) {
-    const placed = placing.get(track.floor[row]);
-    if (!placed || !picture.shown[track.session[row]] || (picture.chosen >= 0 && track.session[row] !== picture.chosen)) continue;
-    const [x, y] = at(placed, track.x[row], track.y[row]);
-    if (Math.abs(x - lastX) + Math.abs(y - lastY) < 8) continue;
-    const ellipse = ellipseOf(track.cov_xx[row], track.cov_xy[row], track.cov_yy[row]);
-    if (!ellipse) continue;
-    [lastX, lastY] = [x, y];
-    const scale = Math.hypot(placed[0], placed[3]);
-    context.beginPath();
-    context.ellipse(x, y, BAND * ellipse.major * scale, BAND * ellipse.minor * scale, -ellipse.turn, 0, 2 * Math.PI);
-    context.fill();
+function paintBand(context: CanvasRenderingContext2D, track: Track, picture: Picture, placing: Placing, scale: number): void {
+  context.globalAlpha = picture.chosen < 0 ? 0.2 : 0.3;
+  context.fillStyle = BAND_COLOUR;
+  for (const [from, to] of runs(track.path)) {
+    const placed = placing.get(track.floor[from]);
+    if (!placed || !picture.shown[track.session[from]]) continue;
+    for (const outline of ribbons(track, from, to, SMOOTH / scale)) {
+      trace(context, outline, placed);
+      context.fill();
+    }
   }
-}
-
-/** Half axes (standard deviations, m) and direction (rad) of a covariance; null where it is not known. */
-export function ellipseOf(xx: number, xy: number, yy: number): { major: number; minor: number; turn: number } | null {
-  const [mean, half] = [(xx + yy) / 2, Math.hypot((xx - yy) / 2, xy)];
-  if (!Number.isFinite(mean) || mean - half < 0) return null;
-  return { major: Math.sqrt(mean + half), minor: Math.sqrt(mean - half), turn: 0.5 * Math.atan2(2 * xy, xx - yy) };
+  context.globalAlpha = 1;
 }
 
 function paintScans(context: CanvasRenderingContext2D, scans: Track, picture: Picture, placing: Placing): void {
   context.globalAlpha = 0.8;
-  context.fillStyle = '#9a6200';
+  context.fillStyle = picture.dark ? lighter(SCAN_COLOUR) : SCAN_COLOUR;
   for (let row = 0; row < scans.rows; row++) {
     const placed = placing.get(scans.floor[row]);
     const hidden = picture.chosen >= 0 ? scans.session[row] !== picture.chosen : !picture.shown[scans.session[row]];

@@ -3,7 +3,9 @@ import Collection from 'ol/Collection';
 import type Feature from 'ol/Feature';
 import OlMap from 'ol/Map';
 import type MapBrowserEvent from 'ol/MapBrowserEvent';
+import Overlay from 'ol/Overlay';
 import View from 'ol/View';
+import ScaleLine from 'ol/control/ScaleLine';
 import { defaults } from 'ol/interaction/defaults';
 import Draw from 'ol/interaction/Draw';
 import Translate from 'ol/interaction/Translate';
@@ -20,10 +22,20 @@ import type { Mark } from './marks';
 import { type Picture, paint } from './paint';
 
 const WIDE = 1e5;
+/** Names of rooms are shown from here on (m per pixel). */
+const ROOM_RESOLUTION = 0.08;
+/** Times of animations are multiplied by this: none for those who asked for less motion. */
+const MOTION = matchMedia('(prefers-reduced-motion: reduce)').matches ? 0 : 1;
+/** The pointer rests after so long (ms). */
+const REST_MS = 60;
 
 interface Heard {
   clicked(place: number[], resolution: number, feature: Feature | undefined): void;
-  moved(extent: number[]): void;
+  /** The pointer is at a place; null: it left the map. */
+  pointed(place: number[] | null): void;
+  /** The pointer rests at a place. */
+  rested(place: number[], resolution: number, feature: Feature | undefined): void;
+  moved(extent: number[], resolution: number): void;
   dragged(mark: Mark, place: number[]): void;
 }
 
@@ -60,13 +72,23 @@ export class SiteMap {
   private readonly main: Painting;
   private readonly other: Painting;
   private readonly areas = new VectorSource();
+  private readonly names = new VectorSource();
   private readonly marks = new VectorSource();
   private readonly walker = new VectorSource();
   private readonly movable = new Collection<Feature>();
   private swipe: number | null = null;
   private draw: Draw | null = null;
+  private readonly tip: Overlay;
+  /** The box that was brought into view last, until the map is moved otherwise, and the view that showed it. */
+  private home: { box: number[]; isWhole: boolean; view: string | null } | null = null;
 
-  constructor(target: HTMLElement, heard: Heard) {
+  /** `covered` says how much of each edge (top, right, bottom, left; pixels) is behind what lies on the map. */
+  constructor(
+    target: HTMLElement,
+    tip: HTMLElement,
+    private readonly covered: () => number[],
+    heard: Heard,
+  ) {
     const projection = new Projection({ code: 'site', units: 'm', extent: [-WIDE, -WIDE, WIDE, WIDE] });
     this.main = new Painting(projection);
     this.other = new Painting(projection);
@@ -74,22 +96,38 @@ export class SiteMap {
     const translate = new Translate({ features: this.movable, hitTolerance: 12 });
     this.map = new OlMap({
       target,
-      controls: [],
+      controls: [new ScaleLine({ minWidth: 70 })],
+      overlays: [(this.tip = new Overlay({ element: tip, stopEvent: false }))],
       interactions: defaults({ altShiftDragRotate: false, pinchRotate: false }).extend([translate]),
       layers: [
         this.main.layer,
         this.other.layer,
         new VectorLayer({ source: this.areas }),
+        new VectorLayer({ source: this.names, declutter: true, maxResolution: ROOM_RESOLUTION }),
         new VectorLayer({ source: this.marks, declutter: true }),
         new VectorLayer({ source: this.walker, updateWhileAnimating: true }),
       ],
       view: new View({ projection, center: [0, 0], resolution: 0.1, minResolution: 0.002, maxResolution: 5, enableRotation: false, smoothExtentConstraint: false }),
     });
-    this.map.on('singleclick', (event: MapBrowserEvent) => {
-      const feature = this.map.forEachFeatureAtPixel(event.pixel, (found) => found as Feature, { hitTolerance: 10 });
-      heard.clicked(event.coordinate, this.view.getResolution()!, feature);
+    const featureAt = (pixel: number[], hitTolerance: number) => this.map.forEachFeatureAtPixel(pixel, (found) => found as Feature, { hitTolerance });
+    this.map.on('singleclick', (event: MapBrowserEvent) => heard.clicked(event.coordinate, this.view.getResolution()!, featureAt(event.pixel, 10)));
+    let rest: ReturnType<typeof setTimeout> | undefined;
+    this.map.on('pointermove', ({ coordinate, pixel, dragging }: MapBrowserEvent) => {
+      clearTimeout(rest);
+      if (dragging) return;
+      heard.pointed(coordinate);
+      rest = setTimeout(() => heard.rested(coordinate, this.view.getResolution()!, featureAt(pixel, 4)), REST_MS);
     });
-    this.map.on('moveend', () => heard.moved(this.view.calculateExtent()));
+    target.addEventListener('pointerleave', () => {
+      clearTimeout(rest);
+      heard.pointed(null);
+    });
+    this.map.on('moveend', () => heard.moved(this.view.calculateExtent(), this.view.getResolution()!));
+    this.map.on('change:size', () => {
+      if (!this.home || !this.map.getSize()?.every(Boolean)) return;
+      if (this.home.view === null || this.home.view === this.here()) this.fit(this.home.box, this.home.isWhole, true);
+      else this.home = null;
+    });
     translate.on('translating', ({ features }) => this.dragTo(features.item(0) as Feature, false));
     translate.on('translateend', ({ features }) => {
       const feature = features.item(0) as Feature;
@@ -136,9 +174,23 @@ export class SiteMap {
     this.map.render();
   }
 
-  setAreas(features: Feature[]): void {
+  /** Areas and lines below the marks, and names that are shown when zoomed in. */
+  setAreas(features: Feature[], names: Feature[]): void {
     this.areas.clear();
     this.areas.addFeatures(features);
+    this.names.clear();
+    this.names.addFeatures(names);
+  }
+
+  /** Put the text of what is pointed at beside a place, where there is room; null: nowhere. */
+  setTip(place: number[] | null): void {
+    this.tip.setPosition(place ?? undefined);
+    if (!place) return;
+    const [[x, y], [width]] = [this.map.getPixelFromCoordinate(place), this.map.getSize()!];
+    const below = y < 90;
+    const side = x < width / 3 ? 'left' : x > (2 * width) / 3 ? 'right' : 'center';
+    this.tip.setPositioning(`${below ? 'top' : 'bottom'}-${side}`);
+    this.tip.setOffset([0, below ? 14 : -12]);
   }
 
   /** Marks to click on; those for which `movable` holds can be dragged, and those with a function `drag`. */
@@ -171,19 +223,39 @@ export class SiteMap {
     if (feature) this.walker.addFeature(feature);
   }
 
-  /** Bring a box [left, low, right, high] into view, from at least a few metres away. */
-  fit(box: number[], atOnce = false): void {
-    this.map.updateSize();
-    const edge = Math.min(40, 0.08 * Math.min(...this.map.getSize()!));
-    this.view.fit(box, { padding: [edge, edge, edge, edge], minResolution: 0.02, duration: atOnce ? 0 : 250 });
+  /** Bring a box [left, low, right, high] into view, from at least a few metres away; again if the map's size changes before it is moved. A whole floor may be behind the legend, a part of it may not. */
+  fit(box: number[], isWhole: boolean, atOnce = false): void {
+    const home = { box, isWhole, view: null as string | null };
+    this.home = home;
+    this.view.cancelAnimations();
+    const size = this.map.getSize();
+    if (!size?.every(Boolean)) return; // it is fitted once it has a size
+    const edge = Math.min(40, 0.08 * Math.min(...size));
+    const padding = (isWhole ? [0, 0, 0, 0] : this.covered()).map((covered, side) => Math.min(edge + covered, 0.35 * size[(side + 1) % 2]));
+    const callback = (complete: boolean) => {
+      if (this.home !== home) return;
+      home.view = this.here();
+      if (!complete) this.home = null; // the map was moved on the way
+    };
+    this.view.fit(box, { padding, minResolution: 0.02, duration: atOnce ? 0 : 250 * MOTION, callback });
+  }
+
+  private here(): string {
+    return `${this.view.getCenter()!.join(' ')} ${this.view.getResolution()}`;
   }
 
   middle(): number[] {
     return this.view.getCenter()!;
   }
 
+  /** As if the pointer rested at the middle, for the keyboard. */
+  look(heard: Heard['rested']): void {
+    const [middle, pixel] = [this.middle(), this.map.getPixelFromCoordinate(this.middle())];
+    heard(middle, this.view.getResolution()!, this.map.forEachFeatureAtPixel(pixel, (found) => found as Feature, { hitTolerance: 10 }));
+  }
+
   zoom(steps: number): void {
-    this.view.animate({ zoom: this.view.getZoom()! + steps, duration: 200 });
+    this.view.animate({ zoom: this.view.getZoom()! + steps, duration: 200 * MOTION });
   }
 
   /** Pan so that a place is in view; its margin is smaller than that of a box that was brought into view. */
@@ -191,6 +263,6 @@ export class SiteMap {
     const [left, low, right, high] = this.view.calculateExtent();
     const margin = 0.05 * Math.min(right - left, high - low);
     const inside = place[0] > left + margin && place[0] < right - margin && place[1] > low + margin && place[1] < high - margin;
-    if (!inside) this.view.animate({ center: place, duration: 200 });
+    if (!inside) this.view.animate({ center: place, duration: 200 * MOTION });
   }
 }

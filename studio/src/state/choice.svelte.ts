@@ -30,6 +30,8 @@ class Choice {
   showBand = $state(false);
   showEvents = $state(true);
   layers = $state<Record<string, boolean>>({});
+  /** Kinds of the legend that are not drawn. */
+  hidden = $state<Record<string, boolean>>({});
 
   text = $state('');
   /** Whether walks of other floors than the chosen one are left out of the list. */

@@ -86,6 +86,17 @@ class DroppedPlan {
     return [0, width * scale, 0, height * scale];
   }
 
+  /** Width and height of what becomes the floor, by its scale (m); null: it has none yet. */
+  get sizeInMetres(): [number, number] | null {
+    if (!this.look || !this.ready) return null;
+    const { box, building, size_m: size, paper_m: paper } = this.look;
+    const { by, points, oneTo } = this.of;
+    const [[x0, y0], [x1, y1]] = points.length === 2 ? points : [[0, 0], [0, 0]];
+    const metres = { distance: this.typed / Math.hypot(x1 - x0, y1 - y0), paper: (paper ?? NaN) * Number(oneTo), file: (size?.[0] ?? NaN) / (box[1] - box[0]) }[by];
+    const [left, right, low, high] = this.of.building && building ? building : box;
+    return Number.isFinite(metres) ? [(right - left) * metres, (high - low) * metres] : null;
+  }
+
   get area(): [number, number, number, number] | null {
     const box = this.look?.building;
     const round = (value: number) => Math.round(value * 10) / 10;
@@ -107,7 +118,7 @@ export async function lookAt(): Promise<void> {
   of.points = [];
   try {
     const look = await load();
-    of.by = look.has_scale ? 'file' : 'distance';
+    of.by = look.size_m ? 'file' : 'distance';
   } catch (error) {
     if (!dropped.look) forget();
     throw error;

@@ -3,7 +3,8 @@ import * as api from '../api/client';
 import type { Radio, RadioFloor, RadioPoint } from '../api/model';
 import { type Raster, pictureOf } from '../map/raster';
 import { choice } from './choice.svelte';
-import { data, follow } from './data.svelte';
+import { data } from './data.svelte';
+import { latest } from './latest';
 
 export const LAYERS = ['strongest', 'number', 'mean_dbm', 'heard', 'deviation_db', 'sigma_db'] as const;
 export type Layer = (typeof LAYERS)[number];
@@ -44,10 +45,6 @@ class RadioState {
 
 export const radio = new RadioState();
 
-export async function loadRadio(): Promise<void> {
-  radio.view = await api.radio();
-}
-
 /** Choose an access point, and a layer of its own where one of all was shown. */
 export function choosePoint(bssid: string): void {
   radio.bssid = bssid;
@@ -58,7 +55,7 @@ export function choosePoint(bssid: string): void {
 export function followRadio(): void {
   $effect(() => {
     void [data.generation, data.job];
-    void follow(loadRadio);
+    return latest(api.radio, (view) => (radio.view = view));
   });
   $effect(() => {
     const { floor, layer, bssid } = radio;
@@ -67,11 +64,10 @@ export function followRadio(): void {
       radio.raster = null;
       return;
     }
-    void follow(async () => {
-      const cells = await api.radioMap(floor.floor, floor.technology, layer, bssid);
-      if (radio.floor === floor && radio.layer === layer && radio.bssid === bssid)
-        radio.raster = { floor: floor.floor, extent: floor.extent_m, rows: floor.rows, columns: floor.columns, cells };
-    });
+    return latest(
+      () => api.radioMap(floor.floor, floor.technology, layer, bssid),
+      (cells) => (radio.raster = { floor: floor.floor, extent: floor.extent_m, rows: floor.rows, columns: floor.columns, cells }),
+    );
   });
   $effect(() => () => (radio.raster = null));
 }

@@ -3,7 +3,8 @@ import { type Series, type Track } from '../api/arrow';
 import * as api from '../api/client';
 import type { SessionDetail } from '../api/model';
 import { choice, show } from './choice.svelte';
-import { data, follow } from './data.svelte';
+import { data } from './data.svelte';
+import { latest } from './latest';
 
 export interface Moment {
   t: number;
@@ -49,6 +50,11 @@ export function rowAt(times: Float32Array, time: number): number {
   return low;
 }
 
+/** Charts of angles: heading, and turn rate. */
+const ANGLES = [1, 7];
+/** Angles are shown in degrees. */
+export const inDegrees = (series: Series): Series => (ANGLES.includes(series.number) ? { ...series, v: series.v.map((value) => (value * 180) / Math.PI) } : series);
+
 /** Load the chosen walk whenever the choice or its labels change; to be called in a component. */
 export function followChoice(): void {
   $effect(() => {
@@ -58,13 +64,14 @@ export function followChoice(): void {
       [walk.detail, walk.track, walk.series] = [null, null, []];
       return;
     }
-    void follow(async () => {
-      const [detail, track, series] = await Promise.all([api.session(id), api.walk(id, output), api.series(id, output)]);
-      if (id !== choice.session || output !== data.output) return;
-      [walk.detail, walk.track, walk.series] = [detail, track, series];
-      if (choice.centred) showMoment(track, walk.row);
-      choice.centred = false;
-    });
+    return latest(
+      () => Promise.all([api.session(id), api.walk(id, output), api.series(id, output)]),
+      ([detail, track, series]) => {
+        [walk.detail, walk.track, walk.series] = [detail, track, series.map(inDegrees)];
+        if (choice.centred) showMoment(track, walk.row);
+        choice.centred = false;
+      },
+    );
   });
 }
 
