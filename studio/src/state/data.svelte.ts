@@ -106,8 +106,8 @@ export async function start(): Promise<void> {
     if (more) [data.tables, data.collecting, data.shared] = more;
     data.refused = null;
     data.opened();
-    await loadTracks();
     if (!api.readOnly) listen();
+    await loadTracks();
     await loadDiagnosis();
   });
 }
@@ -150,9 +150,8 @@ function listen(): void {
   source.onerror = () => void reconnect();
   const compare = (event: MessageEvent<string>) => {
     const now = JSON.parse(event.data) as Versions;
-    const before = known;
+    const before = known ?? { ...now, corrections: data.corrections.version }; // which may have changed since they were loaded
     known = now;
-    if (!before) return;
     void follow(async () => {
       if (now.survey !== before.survey || now.sessions !== before.sessions) await loadSurvey();
       if (now.corrections !== before.corrections) await loadCorrections();

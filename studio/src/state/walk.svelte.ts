@@ -60,7 +60,7 @@ export function followChoice(): void {
   $effect(() => {
     const [id, output] = [choice.session, data.output];
     void [data.generation, data.corrections.version];
-    if (id === null) {
+    if (id === null || !data.overview) { // with a link, all walks come first
       [walk.detail, walk.track, walk.series] = [null, null, []];
       return;
     }
