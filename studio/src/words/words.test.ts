@@ -44,7 +44,7 @@ test('sentences of the server are German where the page is, their parts too', ()
   );
   expect(said('S1.txt: no such thing, of 3')).toBe('S1.txt: no such thing, of 3');
   expect(said('100 % of the walk has no position, because the plan of floor 2 fits it about as well as that of floor 0. Check that the session is on this floor; a tap on a known place settles it')).toBe(
-    '100 % der Aufnahme haben keine Position: der Plan von Stockwerk 2 passt etwa ebenso gut wie der von Stockwerk 0. Bitte prüfen, ob die Aufnahme auf diesem Stockwerk ist; eine Antippung an einem bekannten Ort klärt es',
+    '100 % der Aufnahme haben keine Position: der Plan von Stockwerk 2 passt etwa ebenso gut wie der von Stockwerk 0. Bitte prüfen, ob die Aufnahme auf diesem Stockwerk ist; Antippen an einem bekannten Ort klärt es',
   );
   expect(said('Tap one known place in the studio, or add set_tap to corrections.toml')).toMatch(/eintragen$/);
   expect(said('Tap one known place in the studio, or add set_tap to corrections.toml, best where the walk was at 0:28 (at_s = 28)')).toMatch(/eintragen, am besten den bei 0:28 \(at_s = 28\)$/);

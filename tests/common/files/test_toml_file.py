@@ -27,3 +27,7 @@ def test_there_and_back(value: object) -> None:
 
 def test_what_is_none_is_left_out() -> None:
     assert toml_value({"a": None, "b c": 1}) == '{ "b c" = 1 }'
+
+
+def test_zero_is_written_without_a_sign() -> None:
+    assert toml_value([-0.0, -2.5]) == "[0.0, -2.5]"

@@ -99,6 +99,8 @@ def toml_value(value: object) -> str:
         return "[" + ", ".join(map(toml_value, value)) + "]"
     if isinstance(value, dt.date):
         return value.isoformat()
+    if isinstance(value, float):
+        value += 0.0  # zero has no sign
     # Strings are JSON's, except for U+007F.
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
