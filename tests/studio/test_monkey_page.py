@@ -110,7 +110,7 @@ class Monkey:
 
     def correct(self) -> None:
         """Click what may change the file."""
-        self._click("button", CORRECT)
+        self._click(self.random.choice(("button", "button.main")), CORRECT)
 
     def turn_to(self) -> None:
         """Change the tab."""

@@ -405,7 +405,7 @@ def time_and_span(page: Page) -> None:
     page.locator(".time .slider").fill("1")
     page.keyboard.press("[")
     page.get_by_label("Jump to").select_option("landmark")
-    page.get_by_role("button", name="Next").click()
+    page.get_by_role("button", name="Next", exact=True).click()
     expect(moment).not_to_contain_text("0:01.0")
     page.get_by_role("button", name="End the span here").click()
     page.get_by_text("Correct this walk").click()

@@ -329,7 +329,6 @@ export const de: Record<Word, string> = {
   'change.done': 'Die Labels sind aktuell.',
   'change.kept': 'Gespeichert. Keine Aufnahme ist betroffen.',
   'change.untouched': 'Keine Aufnahme ist betroffen.',
-  'change.save_only': 'Speichern',
   'result.labelled': '{count} {count?Aufnahme:Aufnahmen}: {before} → {after} mit Label',
   'result.sigma': 'Mittel der Sigma-Mediane {before} → {after} m',
   'result.undo': 'Diese Korrektur zurücknehmen',

@@ -327,7 +327,6 @@ export const en = {
   'change.done': 'The labels are up to date.',
   'change.kept': 'Saved. No walk is affected.',
   'change.untouched': 'No walk is affected.',
-  'change.save_only': 'Save',
   'result.labelled': '{count} {count?walk:walks}: {before} → {after} labelled',
   'result.sigma': 'mean of median sigmas {before} → {after} m',
   'result.undo': 'Undo this correction',
