@@ -65,7 +65,7 @@ def test_dropped_plans_become_the_floors_that_site_init_makes(studio: Page, fold
     assert look["box"] == [0, pytest.approx(1190.55), 0, pytest.approx(841.89)]
     assert look["building"] == pytest.approx([120, POINTS[1][0], 300, 300 + 0.1 * drawn_floor.POINTS_PER_M], abs=3)
     assert (look["size_m"], look["downwards"], look["is_picture"]) == (None, False, True)
-    assert studio.get(f"/api/prepare/files/{dxf}/look")["size_m"] == pytest.approx([1, 1])
+    assert studio.get(f"/api/prepare/files/{dxf}/look")["size_m"] == pytest.approx([20.0, 10.0])
     drawn = studio.client.get(f"/api/prepare/files/{pdf}/picture")
     assert drawn.headers["content-type"] == "image/png"
     distance = {"from": POINTS[0], "to": POINTS[1], "metres": 20.0}
