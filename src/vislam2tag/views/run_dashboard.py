@@ -154,9 +154,10 @@ def changes(before: RunFigures, now: RunFigures) -> Iterator[tuple[str, str, str
         ("faults", str(before.faults), str(now.faults)),
     ]
     for floor in floors:
-        errors = (number(each.expected_m.get(floor), 2, "m") for each in (before, now))
-        walked = (percent(each.walked.get(floor)) for each in (before, now))
-        rows += [(f"expected error on floor {floor}", *errors), (f"walked of floor {floor}", *walked)]
+        errors = [number(each.expected_m.get(floor), 2, "m") for each in (before, now)]
+        walked = [percent(each.walked.get(floor)) for each in (before, now)]
+        rows += [(f"expected error on floor {floor}", errors[0], errors[1])]
+        rows += [(f"walked of floor {floor}", walked[0], walked[1])]
     return ((name, old, new) for name, old, new in rows if old != new)
 
 
@@ -187,8 +188,8 @@ def expected_errors(files: Sequence[Path]) -> pl.DataFrame:
     if not files:
         return pl.DataFrame(schema={"floor": pl.Int32, "column": pl.Int64, "row": pl.Int64, "error_m": pl.Float64})
     positions = scan_parquet(files).select(columns).filter(pl.all_horizontal(pl.col(columns).is_finite()))
-    cell = {name: (pl.col(axis) / CELL_M).floor().cast(pl.Int64) for name, axis in (("column", "x"), ("row", "y"))}
-    grouped = positions.group_by("floor", **cell).agg(error_m=pl.col("sigma").mean() * np.sqrt(np.pi / 2))
+    column, row = ((pl.col(axis) / CELL_M).floor().cast(pl.Int64) for axis in ("x", "y"))
+    grouped = positions.group_by("floor", column.alias("column"), row.alias("row")).agg(error_m=pl.col("sigma").mean() * np.sqrt(np.pi / 2))
     return grouped.sort("floor", "row", "column").collect(engine="streaming")
 
 

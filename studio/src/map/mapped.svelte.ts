@@ -38,7 +38,8 @@ class Mapped {
   floors = $derived(data.survey?.floors ?? []);
   placing = $derived<Placing>(choice.stacked && !overlay.alone ? stacked(this.floors, choice.turn, 0.6) : flat(choice.floor));
   private drawn = $derived(`${data.output} ${data.generation} ${choice.floor}`);
-  private numbers = $derived([...this.placing.keys()].join());
+  /** Floors of the survey that are shown. */
+  private numbers = $derived(this.floors.flatMap(({ number }) => (this.placing.has(number) ? number : [])).join());
   private otherDrawn = $derived(choice.swipe === null ? '' : choice.other);
 
   /** The walks: with all frames in view once they are loaded. */
@@ -79,7 +80,7 @@ class Mapped {
   private followLayer(name: string): (() => void) | undefined {
     const of = this.numbers;
     void data.generation;
-    if (!choice.layers[name]) return undefined;
+    if (!of || !choice.layers[name]) return undefined;
     return latest(() => Promise.all(of.split(',').map((floor) => api.features(name, Number(floor)))), (found) => (this.layers = { ...this.layers, [name]: { of, is: found.flat() } }));
   }
 }
