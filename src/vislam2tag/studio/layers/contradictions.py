@@ -13,6 +13,10 @@ from vislam2tag.studio.workspace import Workspace
 from vislam2tag.views.run_summary import LandmarkTally
 
 
+_CONTRADICTS = "#cc79a7"
+"""Neither as walks nor as faults."""
+
+
 def contradictions(workspace: Workspace, floor: int) -> list[Feature]:
     """One line for each landmark of a floor, over all sessions."""
     tally, said_by = LandmarkTally(), dict[str, list[str]]()
@@ -34,7 +38,7 @@ def contradictions(workspace: Workspace, floor: int) -> list[Feature]:
             label=f"{found.landmark}: {found.greatest_m:.2f} m",
             text=f"landmark {found.landmark} contradicts the others in {found.sessions} of {found.seen} sessions by "
             f"up to {found.greatest_m:.2f} m: measure it again",
-            severity=Severity.WARNING,
+            colour=_CONTRADICTS,
             landmarks=[found.landmark],
             sessions=said_by[found.landmark],
         )
