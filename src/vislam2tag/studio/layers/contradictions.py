@@ -12,7 +12,6 @@ from vislam2tag.studio.work_messages import Feature, Title
 from vislam2tag.studio.workspace import Workspace
 from vislam2tag.views.run_summary import LandmarkTally
 
-
 _CONTRADICTS = "#cc79a7"
 """Neither as walks nor as faults."""
 
