@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.studio.test_page import picture, studio_page
+from tests.studio.test_page import WALKS, open_view, picture, studio_page
 from tests.views.browser import running_browser
 
 
@@ -23,11 +23,11 @@ def browser() -> Iterator[Browser]:
 def test_back_reload_and_a_link_lead_to_a_view(browser: Browser, faulty: Path, tmp_path: Path) -> None:
     with studio_page(browser, faulty, tmp_path, viewport={"width": 1400, "height": 900}) as (page, _):
         address_is(page, "#tab=walks&floor=1")
-        page.get_by_role("tab", name="Diagnose").click()
+        open_view(page, "Faults")
         floor(page).select_option("2")
         address_is(page, "#tab=diagnose&floor=2")
-        page.get_by_role("tab", name="Walks").click()
-        page.locator(".list .row", has_text="Floor 2").first.click()
+        open_view(page, "Walks")
+        page.locator(WALKS, has_text="Floor 2").first.get_by_role("button").click()
         page.locator(".time .slider").fill("20.5")
         page.get_by_label("Colour by").select_option("sigma")
         page.locator(".map-tools summary").click()
@@ -72,9 +72,9 @@ def is_shown(page: Page, time: str) -> None:
 def leads_back_and_forward(page: Page) -> None:
     page.go_back()
     expect(page.locator(".time")).to_have_count(0)
-    expect(page.locator(".list .row").first).to_be_visible()
+    expect(page.locator(WALKS).first).to_be_visible()
     page.go_back()
-    expect(page.get_by_role("tab", name="Diagnose")).to_have_attribute("aria-selected", "true")
+    expect(page.get_by_role("tab", name="Faults")).to_have_attribute("aria-selected", "true")
     expect(floor(page)).to_have_value("2")
     page.go_back()
     expect(floor(page)).to_have_value("1")

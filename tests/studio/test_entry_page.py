@@ -13,6 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.studio.running import Page as Server
 from tests.studio.running import running_studio
+from tests.studio.test_page import WALKS, open_view
 from tests.views.browser import running_browser
 from vislam2tag.common.addresses import listen
 
@@ -60,7 +61,7 @@ def test_a_link_lets_one_browser_in_and_a_studio_that_ended_can_be_started_again
         is_in(page)
         lets_in_again_and_others_with_a_link_of_their_own(browser, page, f"{server.url}/#{server.token}")
         connects_again_by_itself(page)
-        page.get_by_role("tab", name="Corrections").click()
+        open_view(page, "Corrections")
         page.get_by_text("Add a correction").click()
         page.locator("form").get_by_label("device", exact=True).fill("nobody's")
         page.request.post(f"{server.url}/api/jobs", data={"kind": "process", "sessions": None})
@@ -70,7 +71,7 @@ def test_a_link_lets_one_browser_in_and_a_studio_that_ended_can_be_started_again
     options = f"--no-browser --port 0 --labels {tmp_path}/labels --jobs 1 --port {port}"
     expect(lost.locator("code")).to_have_text(f"vislam2tag -q studio {tmp_path}/survey {options}")
     expect(page.get_by_role("status").locator("progress")).to_have_count(0)
-    page.get_by_role("tab", name="Diagnose").click()
+    open_view(page, "Faults")
     page.get_by_role("button", name="Search for all faults").click()
     expect(page.get_by_text("Failed to fetch")).to_have_count(0)
     with studio_at(port, tmp_path / "survey") as server:
@@ -78,7 +79,7 @@ def test_a_link_lets_one_browser_in_and_a_studio_that_ended_can_be_started_again
         expect(lost).to_have_count(0)
         page.goto(f"{server.url}/#{server.token}")
         is_in(page)
-        page.get_by_role("tab", name="Corrections").click()
+        open_view(page, "Corrections")
         expect(page.locator("form").get_by_label("device", exact=True)).to_have_value("nobody's")
 
 
@@ -88,24 +89,22 @@ def lets_in_again_and_others_with_a_link_of_their_own(browser: Browser, page: Pa
     is_in(second)
     second.close()
     other = new_page(browser, link)
-    expect(other.get_by_text("This link was already used")).to_contain_text(
-        "“Connect another device” under Corrections"
-    )
+    expect(other.get_by_text("This link was already used")).to_contain_text("“Create a link” under Share")
     assert page.url not in (link, other.url)
-    page.get_by_role("tab", name="Corrections").click()
-    page.get_by_role("button", name="Connect another device").click()
+    open_view(page, "Share")
+    page.get_by_role("button", name="Create a link").click()
     link = page.locator("code", has_text="http").inner_text()
     page.goto(link)  # pasted where it is not needed: it stays good for another browser
-    expect(page).to_have_url(re.compile("#tab=corrections"))
+    expect(page).to_have_url(re.compile("#tab=share"))
     other.goto(link)
     is_in(other)
     other.context.close()
 
 
 def connects_again_by_itself(page: Page) -> None:
-    page.get_by_role("tab", name="Walks").click()
+    open_view(page, "Walks")
     page.context.set_offline(True)
-    page.locator(".list .row").first.click()
+    page.locator(f"{WALKS} button").first.click()
     expect(page.get_by_role("alert")).to_contain_text("This page connects again by itself")
     page.context.set_offline(False)
     expect(page.get_by_role("alert")).to_have_count(0)

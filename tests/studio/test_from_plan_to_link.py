@@ -169,7 +169,7 @@ def plans_landmarks_and_drags_one(page: Page) -> list[dict[str, Any]]:
     page.mouse.up()
     expect(page.locator(".row[aria-pressed=true]")).to_contain_text(first["id"])
     sound(page)
-    page.get_by_role("button", name="Undo").last.click()
+    page.get_by_role("button", name="Undo", exact=True).last.click()
     expect(told).to_have_attribute("data-error", planned)
     adds_moves_and_takes_one_away_by_keys(page, told, planned)
     page.get_by_role("button", name="Write to the survey").click()

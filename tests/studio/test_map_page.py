@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
-from tests.studio.test_page import made_otherwise, picture, studio_page
+from tests.studio.test_page import WALKS, every_tab, made_otherwise, open_view, picture, studio_page
 from tests.views.browser import running_browser
 
 pytestmark = pytest.mark.slow
@@ -102,7 +102,7 @@ def fits_and_stays(page: Page) -> None:
     floor = next(each for each in page.request.get("/api/survey").json()["floors"] if each["number"] == 1)
     expect(page.locator(".legend")).to_contain_text("uncertain")
     shows(page, floor["extent_m"])
-    page.locator(".list .row").first.click()
+    page.locator(f"{WALKS} button").first.click()
     session = page.request.get("/api/sessions").json()["sessions"][0]
     expect(page.locator(".time .u-over").first).to_be_visible()
     for size in ({"width": 1400, "height": 900}, {"width": 1000, "height": 640}):
@@ -212,7 +212,7 @@ def draws_a_floor_without_a_plan(page: Page) -> None:
 
 def has_a_panel_of_time(page: Page) -> None:
     """It names its session, has one axis, keeps how it is shown, and is only where it is used."""
-    page.locator(".list .row").first.click()
+    page.locator(f"{WALKS} button").first.click()
     panel = page.get_by_role("region", name="Time")
     expect(panel.get_by_role("heading")).to_contain_text("2021-12-21T09:14:00")
     expect(panel).to_contain_text("heading (°)")
@@ -235,16 +235,16 @@ def has_a_panel_of_time(page: Page) -> None:
     page.mouse.move(grip["x"] + 20, grip["y"] + 106, steps=3)
     page.mouse.up()
     assert abs(panel.evaluate("element => element.clientHeight") - (height - 124)) < 10
-    page.get_by_role("tab", name="Prepare").click()
+    open_view(page, "Prepare")
     expect(panel).to_have_count(0)
-    page.get_by_role("tab", name="Share").click()
+    open_view(page, "Share")
     expect(panel).to_have_count(0)
-    page.get_by_role("tab", name="Walks").click()
+    open_view(page, "Walks")
     panel.get_by_role("button", name="Time", exact=True).click()
     expect(strip).to_have_count(0)
     page.reload()
     expect(page.locator(".legend")).to_be_visible()
-    page.locator(".list .row").first.click()
+    page.locator(f"{WALKS} button").first.click()
     expect(panel.get_by_role("button", name="Time", exact=True)).to_have_attribute("aria-expanded", "false")
     panel.get_by_role("button", name="Time", exact=True).click()
     expect(strip).to_be_visible()
@@ -259,7 +259,7 @@ def compares_with_names_and_moves(page: Page) -> None:
     with_band = picture(page)
     entry(page, "95 % confidence band").click()
     assert (picture(page) != with_band).mean() > 0.01
-    page.get_by_role("tab", name="Compare").click()
+    open_view(page, "Compare")
     page.get_by_label("Second").select_option(label="other labels: moved (moved)")
     page.get_by_role("button", name="Compare", exact=True).click()
     expect(page.locator(".divider .left")).to_contain_text("labels: labels")
@@ -281,9 +281,8 @@ def reached(control: Locator) -> None:
 def test_at_200_percent_zoom_everything_can_be_clicked(browser: Browser, mapped: Path, tmp_path: Path) -> None:
     with studio_page(browser, mapped, tmp_path, has_touch=True, **LOW) as (page, _):
         expect(page.locator(".legend")).to_be_visible()
-        page.locator(".list .row").first.click()
-        for tab in page.get_by_role("tab").all():
-            tab.click()
+        page.locator(f"{WALKS} button").first.click()
+        for tab in every_tab(page):
             expect(tab).to_have_attribute("aria-selected", "true")
             controls = page.locator(
                 ".zoom button, .map-tools select, .map-tools summary, .legend summary, .tools button:enabled"
@@ -292,7 +291,7 @@ def test_at_200_percent_zoom_everything_can_be_clicked(browser: Browser, mapped:
                 if control.count():
                     reached(control)
             assert page.evaluate("document.documentElement.scrollWidth") == 700
-        page.get_by_role("tab", name="Walks").click()
+        open_view(page, "Walks")
         panel = page.get_by_role("region", name="Time")
         panel.get_by_role("button", name="Time", exact=True).click()
         page.locator(".legend summary").click()
@@ -302,7 +301,7 @@ def test_at_200_percent_zoom_everything_can_be_clicked(browser: Browser, mapped:
         ]:
             reached(control)
         page.locator(".legend summary").click()
-        page.get_by_role("tab", name="Landmarks").click()
+        open_view(page, "Landmarks")
         page.get_by_role("button", name=re.compile("^11 ")).first.tap()
         tip = page.locator(".map .tip")
         expect(tip).to_be_hidden()

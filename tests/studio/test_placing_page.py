@@ -25,7 +25,7 @@ def test_one_tap_on_the_plan_labels_a_walk_that_fits_several_places(tmp_path: Pa
         running_studio(survey, "--labels", str(labels), "--jobs", "1") as server,
         watched_page(browser, server.url, server.token, viewport=WIDE) as page,
     ):
-        page.get_by_role("button", name="Process 1 walks").click()
+        page.get_by_role("button", name="Process 1 walk").click()
         idle(page)
         shows_that_a_tap_is_needed(page)
         says_it_in_german(page)
@@ -34,7 +34,7 @@ def test_one_tap_on_the_plan_labels_a_walk_that_fits_several_places(tmp_path: Pa
         expect(page.get_by_role("list", name="Possible paths")).to_have_count(0)
         expect(page.get_by_role("list", name="Taps").locator("li")).to_have_count(1)
         assert max(errors_of(labels, survey).values()) < NEAR_M
-        page.get_by_role("button", name="Undo").click()
+        page.get_by_role("button", name="Undo", exact=True).click()
         expect(page.get_by_text("Not placed: too short")).to_be_visible()
         idle(page)
         page.get_by_role("button", name="Redo").click()

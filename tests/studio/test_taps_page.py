@@ -36,7 +36,7 @@ def test_taps_are_dragged_typed_placed_and_taken_out(tmp_path: Path) -> None:
         expect(rows).to_have_count(5)
         takes_one_out(page)
         expect(rows).to_have_count(4)
-        page.get_by_role("button", name="Undo").click()
+        page.get_by_role("button", name="Undo", exact=True).click()
         expect(rows).to_have_count(5)
 
 

@@ -189,7 +189,8 @@ def expected_errors(files: Sequence[Path]) -> pl.DataFrame:
         return pl.DataFrame(schema={"floor": pl.Int32, "column": pl.Int64, "row": pl.Int64, "error_m": pl.Float64})
     positions = scan_parquet(files).select(columns).filter(pl.all_horizontal(pl.col(columns).is_finite()))
     column, row = ((pl.col(axis) / CELL_M).floor().cast(pl.Int64) for axis in ("x", "y"))
-    grouped = positions.group_by("floor", column.alias("column"), row.alias("row")).agg(error_m=pl.col("sigma").mean() * np.sqrt(np.pi / 2))
+    squares = positions.group_by("floor", column.alias("column"), row.alias("row"))
+    grouped = squares.agg(error_m=pl.col("sigma").mean() * np.sqrt(np.pi / 2))
     return grouped.sort("floor", "row", "column").collect(engine="streaming")
 
 

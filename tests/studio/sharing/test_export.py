@@ -19,7 +19,7 @@ from playwright.sync_api import Page, expect
 
 from tests.cli.command import vislam2tag
 from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
-from tests.studio.test_page import every_tab
+from tests.studio.test_page import WALKS, every_tab, open_view
 from tests.views.browser import running_browser
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.own_files import OWN_FILES
@@ -117,9 +117,10 @@ def test_a_link_leads_to_one_walk_at_one_moment_from_any_file_server(page_folder
             parts = [answer for answer in answers if answer.url.endswith("1-wifi.parquet") and answer.status == 206]
             (size,) = {int(answer.headers["content-range"].rpartition("/")[2]) for answer in parts}
             assert 0 < sum(int(answer.headers["content-length"]) for answer in parts) < size / 2
+            open_view(page, "Walks")
             page.locator(".time .slider").fill("12")
             page.get_by_role("button", name="Copy link to this moment").click()
-            assert page.url == f"{url}#walk={id}&t=12.0&tab=radio&floor=1"
+            assert page.url == f"{url}#walk={id}&t=12.0&tab=walks&floor=1"
         with plain_server(page_folder) as url, shown(browser, f"{url}#walk={id}&t=31.5", 400) as (page, answers):
             expect(page.locator(".time .slider")).to_have_value("31.5", timeout=LATEST_MS)
             expect(page.get_by_text(WHOLE)).to_be_visible(timeout=LATEST_MS)
@@ -129,9 +130,9 @@ def test_a_link_leads_to_one_walk_at_one_moment_from_any_file_server(page_folder
 
 
 def says_that_its_server_is_lost(page: Page) -> None:
-    expect(page.locator(".list .row")).to_have_count(2, timeout=LATEST_MS)
+    expect(page.locator(WALKS)).to_have_count(2, timeout=LATEST_MS)
     page.context.set_offline(True)
-    page.locator(".list .row").last.click()
+    page.locator(f"{WALKS} button").last.click()
     expect(page.get_by_role("alert")).to_contain_text("The server of this page cannot be reached.", timeout=LATEST_MS)
     page.context.set_offline(False)
     expect(page.get_by_role("alert")).to_have_count(0, timeout=LATEST_MS)

@@ -15,6 +15,7 @@ from tests.cli.command import the_error, vislam2tag
 from tests.stores import Bucket
 from tests.studio.sharing.file_servers import LATEST_MS, barriers, plain_server, range_server, shown
 from tests.studio.sharing.generated_fleet import generated_rows
+from tests.studio.test_page import WALKS
 from tests.surveys import make_survey
 from tests.views.browser import running_browser
 from vislam2tag.common.errors import UsageError
@@ -141,7 +142,7 @@ def found_and_opened(page: Page, search: str, back: str, all: str, one: str) -> 
     expect(page.get_by_text(one)).to_be_visible(timeout=LATEST_MS)
     looks_right(page)
     page.get_by_role("link").click()
-    page.locator(".list .row").first.click(timeout=LATEST_MS)
+    page.locator(f"{WALKS} button").first.click(timeout=LATEST_MS)
     page.locator(".time .slider").fill("7.5")
     page.get_by_role("button", name="Link").click()
     expect(page).to_have_url(re.compile(r"survey=ward-7#walk=.*&t=7.5&tab=walks&floor=0$"))
