@@ -215,7 +215,7 @@ def test_pixels_need_not_be_square_if_one_says_so(tmp_path: Path) -> None:
         (("--width-m", "20", "--height-m", "11"), "is 2.000 times as wide as high, but 20 m x 11 m is 1.818. Use"),
         (("--scale", "1/50"), "--scale 1/50: expected 1:N as printed on the drawing, such as 1:100"),
         (("--area", "0,0,9", "--width-m", "20"), "--area 0,0,9: expected X,Y,X,Y, two opposite corners"),
-        (("--area", "900,0,999,9", "--width-m", "20"), "has nothing in that area; correct area"),
+        (("--area", "900,0,999,9", "--width-m", "20"), "the plan of floor 1 shows only 0,0,200,100, but area"),
         (("--point", "1,2=3,4"), "--point: two known points are needed, but 1 are given"),
         (("--point", "1,2=3", "--point", "1,2=3,4"), "--point 3: expected PX,PY=X,Y"),
         (("--point", "1,2=3,4", "--point", "1,2=3,4"), "points are identical, so they give no scale"),
