@@ -146,9 +146,11 @@ def test_a_sites_access_points_and_survey_stay_whoever_walks(tmp_path: Path) -> 
     assert all(row.endswith(",1.4500,0.0700") for row in rows)
 
 
-@pytest.mark.parametrize("options", [(), ("--format", "phone"), ("--floors", "2", "--climb", "mixed")])
+@pytest.mark.parametrize(
+    "options", [("--floors", "1"), ("--floors", "1", "--format", "phone"), ("--floors", "2", "--climb", "mixed")]
+)
 def test_a_survey_without_landmarks_has_none_of_their_files(tmp_path: Path, options: tuple[str, ...]) -> None:
-    short = ("--floors", "1", "--devices", "1", "--sessions", "1", "--minutes", "0.5", "--landmark-count", "0")
+    short = ("--devices", "1", "--sessions", "1", "--minutes", "0.5", "--landmark-count", "0")
     done = vislam2tag("simulate", tmp_path / "survey", *short, *options)
     assert done.returncode == 0, done.stderr
     assert not list((tmp_path / "survey").rglob("marker_dict.csv"))

@@ -95,6 +95,9 @@ def test_chosen_layers_are_taken_back(site: Path) -> None:
     assert read_site_file(site) == before
     done = vislam2tag("site", "set", site, "--name", "First floor", "--building", "Town hall")
     assert done.stdout.startswith("nothing changed, because the site has these properties already\nnext: ")
+    done = vislam2tag("site", "set", site, "--name", "First floor", "--building", "Hall")
+    assert done.stdout.splitlines()[0] == "the building is called Hall now"
+    assert "changed" not in done.stdout
 
 
 def test_a_plan_with_coordinates_of_a_national_grid_gets_an_origin(site: Path, tmp_path: Path) -> None:

@@ -105,14 +105,14 @@ def _is_used_at(system: CRS, place: FloatArray) -> bool:
     return area is None or bool(area.west <= place[0] <= area.east and area.south <= place[1] <= area.north)
 
 
-def refuse_other_place(georeference: Georeference, other: Georeference) -> None:
-    """Raise ValueError, whose text completes a sentence about what is at ``other``, if it is in another town."""
+def place_doubt(georeference: Georeference, other: Georeference) -> str:
+    """Why what is at ``other`` is in another town, the end of a sentence about it; empty if it is not."""
     here, there = ((each.latitude_deg, each.longitude_deg) for each in (georeference, other))
     if _are_near(here, there):
-        return
+        return ""
     places = f"is at latitude {there[0]:.4f} and longitude {there[1]:.4f}, but the georeference of the site at "
     cure = "latitude and longitude of one are exchanged" if _are_near(here, there[::-1]) else "correct one of them"
-    raise ValueError(f"{places}latitude {here[0]:.4f} and longitude {here[1]:.4f}: {cure}")
+    return f"{places}latitude {here[0]:.4f} and longitude {here[1]:.4f}: {cure}"
 
 
 def _are_near(one: tuple[float, ...], other: tuple[float, ...]) -> bool:

@@ -82,11 +82,11 @@ def change_site(root: AnyPath, number: int | None, changes: FloorChanges, buildi
         excluded = _excluded(root, before, changes)
         after = after.model_copy(update={"excluded_rooms": excluded})
         site = _with_part(site, before.number, after)
-        names = [name for name, value in before if value != getattr(after, name)]
-        done.append(f"floor {after.number}: {', '.join(names)} changed")
+        if names := [name for name, value in before if value != getattr(after, name)]:
+            done.append(f"floor {after.number}: {', '.join(names)} changed")
         number = after.number
         notes, restart = _after_placing(root, before, after)
-    if not done:
+    elif building is None:
         raise UsageError("nothing to change is given; pass --name, --elevation-m, --building, or a size or place")
     if site == original:
         return SiteChange(("nothing changed, because the site has these properties already",))

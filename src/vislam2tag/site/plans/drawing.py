@@ -18,7 +18,7 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.plugins import Registry
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.transforms import Affine2, Similarity2
-from vislam2tag.site.georeference import Georeference, from_wgs84, refuse_other_place
+from vislam2tag.site.georeference import Georeference, from_wgs84, place_doubt
 from vislam2tag.site.plans.source import Extent, PlanPolygon, PlanSource, PlanText, Point
 from vislam2tag.site.plans.taken_parts import TakenPart
 
@@ -284,11 +284,8 @@ def placed(drawing: PlanDrawing, source: PlanSource, georeference: Georeference 
         return drawing, _scaled(drawing, source, points, drawing.unit_m)
     to_wgs84 = _transformer(epsg)
     middle = _middle(drawing.bounds, to_wgs84)
-    if georeference is not None:
-        try:
-            refuse_other_place(georeference, middle)
-        except ValueError as error:
-            raise OSError(str(error)) from error
+    if georeference is not None and (doubt := place_doubt(georeference, middle)):
+        raise OSError(doubt)
     frame = georeference or middle
 
     def plane(points: FloatArray) -> FloatArray:

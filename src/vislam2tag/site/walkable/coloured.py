@@ -12,9 +12,8 @@ from skimage.morphology import skeletonize
 
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.site.plans.taken_parts import Became, TakenPart
-from vislam2tag.site.walkable.painted_cells import parts_of, widened
+from vislam2tag.site.walkable.painted_cells import Bytes, parts_of, widened
 
-_Bytes = npt.NDArray[np.uint8]
 _Degrees = npt.NDArray[np.floating[Any]]
 
 _VIVID, _LEAST_VIVID = 0.3, 25
@@ -61,7 +60,7 @@ class ColouredLines:
         return bool(area[joined[1:]].sum() > _JOINED * area.sum())
 
 
-def coloured_lines(image: _Bytes, paper: _Bytes, ink: BoolArray, symbol_px: float) -> ColouredLines:
+def coloured_lines(image: Bytes, paper: Bytes, ink: BoolArray, symbol_px: float) -> ColouredLines:
     """Find the ``ink`` of an image (rows, columns, 3) on ``paper`` (3,) that has another colour than the walls.
 
     Walls are grey, or have the colour of most lines longer than ``symbol_px``, where grey lines are few.

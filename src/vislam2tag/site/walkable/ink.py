@@ -353,17 +353,17 @@ def without_coloured_lines(ink: Bytes, lines: BoolArray) -> Bytes:
     return left
 
 
-def colours_of(image: Bytes, ink: Bytes, pixel_m: float) -> ColouredLines:
-    """Find lines of other colours than the walls in an image's ink (rows, columns), pixels of ``pixel_m``."""
-    return coloured_lines(image, _paper_colour(image), ink > FAINTEST, SYMBOL_M / pixel_m)
-
-
 def wall_colours(plan: FloorPlan) -> tuple[ColouredLines, bool]:
     """Lines of other colours than the walls on a plan's image, and whether they join the walls."""
     pixel_m = max(plan.pixel_m)
-    ink = without_areas(plan.image, ink_on_paper(plan.image), _AREA_M / pixel_m)
-    lines = colours_of(plan.image, ink, pixel_m)
+    ink, lines = _coloured(plan.image, pixel_m)
     return lines, lines.join(ink > FAINTEST, SYMBOL_M / pixel_m)
+
+
+def _coloured(image: Bytes, pixel_m: float) -> tuple[Bytes, ColouredLines]:
+    """An image's ink (rows, columns) without coloured areas, and lines in it of other colours than the walls."""
+    ink = without_areas(image, ink_on_paper(image), _AREA_M / pixel_m)
+    return ink, coloured_lines(image, _paper_colour(image), ink > FAINTEST, SYMBOL_M / pixel_m)
 
 
 def thickness_drawn_px(plan: FloorPlan) -> float:
@@ -379,10 +379,12 @@ def thickness_drawn_px(plan: FloorPlan) -> float:
 def _drawn(plan: FloorPlan, shape: tuple[int, int], settings: WalkableSettings) -> BoolArray:
     """What stands out on the plan's image, without text of its own colour, as ``shape`` (rows, columns) pixels."""
     image: Bytes = plan.image[::-1]
-    ink, pixels = ink_on_paper(image), shape[0] * shape[1]
+    pixels = shape[0] * shape[1]
     if settings.wall_contrast is None:
-        ink = without_areas(image, ink, _AREA_M / max(plan.pixel_m))
-        ink = without_coloured_lines(ink, colours_of(image, ink, max(plan.pixel_m)).left_out)
+        ink, lines = _coloured(image, max(plan.pixel_m))
+        ink = without_coloured_lines(ink, lines.left_out)
+    else:
+        ink = ink_on_paper(image)
     large = ink.size > pixels
     if ink.size > _MORE * pixels:
         ink = reduced(ink, shape)
