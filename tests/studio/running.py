@@ -76,9 +76,10 @@ class Page:
 
 
 @contextmanager
-def running_studio(survey: Path, *options: str) -> Iterator[Page]:
+def running_studio(survey: Path, *options: str, port: int = 0) -> Iterator[Page]:
     """Start ``vislam2tag studio``, and end it as Ctrl-C does."""
-    command = [sys.executable, "-m", "vislam2tag", "-q", "studio", str(survey), "--no-browser", "--port", "0", *options]
+    program = [sys.executable, "-m", "vislam2tag"]
+    command = [*program, "-q", "studio", str(survey), "--no-browser", "--port", str(port), *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"})
     try:
         assert process.stdout is not None

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import polars as pl
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
@@ -37,7 +38,7 @@ def test_back_reload_and_a_link_lead_to_a_view(browser: Browser, faulty: Path, t
         walk = page.request.get("/api/sessions").json()["sessions"]
         (id,) = [each["id"] for each in walk if f"walk={each['id']}&" in page.url]
         address_is(
-            page, f"#walk={id}&t=20.5&tab=walks&floor=2&colour=sigma&show=contradictions&show=scans&show=walkable"
+            page, f"#walk={id}&t=20.5&tab=walks&floor=2&colour=sigma&show=contradictions&show=rooms&show=scans&show=walkable"
         )
         page.reload()
         is_shown(page, "20.5")
@@ -86,7 +87,7 @@ def leads_back_and_forward(page: Page) -> None:
 
 
 def leads_to_a_moment(page: Page, id: str) -> None:
-    """A link as pages made it before; its moment is in the middle of the map."""
+    """A link as pages made it before; its moment is in the middle of what the legend leaves of the map."""
     page.goto("about:blank")
     page.goto(f"/#walk={id}&t=31.5")
     expect(page.locator(".time .slider")).to_have_value("31.5")
@@ -95,9 +96,13 @@ def leads_to_a_moment(page: Page, id: str) -> None:
     page.get_by_role("button", name="One second forward").click()
     expect(page.locator(".time .slider")).to_have_value("32.5")
     picture(page)
-    box = page.locator(".map .canvas").bounding_box()
-    assert box is not None
-    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    expect(page.locator(".time .slider")).to_have_value(re.compile(r"31\.[3-7]"))
+    box, legend = page.locator(".map .canvas").bounding_box(), page.locator(".map .over").bounding_box()
+    assert box is not None and legend is not None
+    page.mouse.move(box["x"] + box["width"] / 2, (box["y"] + legend["y"]) / 2)
+    pointed = page.get_by_label("Coordinates at the pointer")
+    expect(pointed).to_be_visible()
+    track = pl.read_ipc_stream(page.request.get(f"/api/sessions/{id}/track").body())
+    [(x, y)] = track.sort((pl.col("t") - 31.5).abs())[:1].select("x", "y").rows()
+    assert [float(value) for value in pointed.inner_text().removesuffix(" m").split(", ")] == pytest.approx([x, y], abs=2.5)
     address_is(page, "&tab=walks&floor=2")
     assert f"walk={id}&" in page.url

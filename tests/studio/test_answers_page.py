@@ -15,6 +15,7 @@ from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
 SEARCHING = "The search for faults is still running"
+TABS = {"en": ("Check", "Faults"), "de": ("Prüfen", "Fehler")}
 NOTHING = "No faults were found"
 SCREENS = {
     "wide": ViewportSize(width=1400, height=900),
@@ -73,12 +74,16 @@ def test_three_answers(
         running_studio(survey, "--labels", str(labels), "--jobs", "1") as server,
         watched_page(browser, server.url, server.token) as page,
     ):
-        expect(page.get_by_role("tab", name="Faults")).to_be_visible(timeout=LATEST_MS)
-        for language, sentence in zip(("en", "de"), expected, strict=True):
+        diagnose_tab(page)
+        if labelled:
+            expect(page.locator(".cards")).to_contain_text("Only a full search can say", timeout=LATEST_MS)
+            page.get_by_role("button", name="Search for all faults").click()
+        for (language, tabs), sentence in zip(TABS.items(), expected, strict=True):
             page.evaluate(f"localStorage.setItem('language', '{language}')")
             page.reload()
             for name, size in SCREENS.items():
                 page.set_viewport_size(size)
-                open_view(page, "Faults")
+                for tab in tabs:
+                    page.get_by_role("tab", name=tab, exact=True).click()
                 expect(page.locator(".cards")).to_contain_text(sentence, timeout=LATEST_MS)
                 page.screenshot(path=tmp_path / f"{language}-{name}.png")

@@ -29,9 +29,8 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def studio_at(port: int, survey: Path) -> Iterator[Server]:
-    with running_studio(
-        survey, "--labels", str(survey.with_name("labels")), "--jobs", "1", "--port", str(port)
-    ) as server:
+    labels = survey.with_name("labels")
+    with running_studio(survey, "--labels", str(labels), "--jobs", "1", port=port) as server:
         yield server
 
 
@@ -68,7 +67,7 @@ def test_a_link_lets_one_browser_in_and_a_studio_that_ended_can_be_started_again
         expect(page.get_by_role("status").locator("progress")).to_be_visible()
     lost = page.get_by_role("alert")
     expect(lost).to_contain_text("The studio has ended or cannot be reached.")
-    options = f"--no-browser --port 0 --labels {tmp_path}/labels --jobs 1 --port {port}"
+    options = f"--no-browser --port {port} --labels {tmp_path}/labels --jobs 1"
     expect(lost.locator("code")).to_have_text(f"vislam2tag -q studio {tmp_path}/survey {options}")
     expect(page.get_by_role("status").locator("progress")).to_have_count(0)
     open_view(page, "Faults")

@@ -73,7 +73,7 @@ def test_a_floor_is_renamed_renumbered_and_removed_by_clicks(survey: Path) -> No
     ):
         step(page, "Plan and scale")
         page.get_by_role("button", name="Change Floor 1").click()
-        page.get_by_label("Name").fill("Upper")
+        page.get_by_label("Name", exact=True).fill("Upper")
         page.get_by_label("Elevation (m)").fill("3.6")
         sound(page)
         page.get_by_role("button", name="Save", exact=True).click()

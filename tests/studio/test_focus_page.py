@@ -38,7 +38,7 @@ def test_the_focus_is_kept_and_the_keys_are_listed(browser: Browser, faulty: Pat
         expect(focus).to_have_text("← Back to all walks")
         page.keyboard.press("Enter")
         expect(focus).to_have_text(name)
-        enter(page.get_by_role("button", name="Labelled"))
+        enter(page.get_by_role("button", name="Labelled", exact=True))
         expect(page.locator("th[aria-sort=ascending]")).to_have_text("Labelled ▴")
         expect(focus).to_have_text("Labelled ▴")
 

@@ -245,7 +245,6 @@ def has_a_panel_of_time(page: Page) -> None:
     expect(strip).to_have_count(0)
     page.reload()
     expect(page.locator(".legend")).to_be_visible()
-    page.locator(f"{WALKS} button").first.click()
     expect(panel.get_by_role("button", name="Time", exact=True)).to_have_attribute("aria-expanded", "false")
     panel.get_by_role("button", name="Time", exact=True).click()
     expect(strip).to_be_visible()

@@ -109,7 +109,10 @@ class Monkey:
         self._click("button, summary, input[type=checkbox], input[type=radio]")
 
     def correct(self) -> None:
-        """Click what may change the file."""
+        """Click what may change the file, now and then in a view that has more of it."""
+        if self.random.random() < 0.2:
+            for tab in ("Check", self.random.choice(("Faults", "Corrections", "Landmarks"))):
+                self._click("[role=tab]", tab)
         self._click(self.random.choice(("button", "button.main")), CORRECT)
 
     def turn_to(self) -> None:

@@ -560,7 +560,7 @@ def says_it_in_german(page: Page) -> None:
     assert not set(german) & set(english)
     assert "die Landmarken 2 und 9 von Stockwerk 1 sind vertauscht" in german
     page.get_by_role("tab", name="Korrekturen").click()
-    page.get_by_text("Als Text bearbeiten").click()
+    expect(page.get_by_text("Als Text bearbeiten")).to_be_visible()  # open since it was typed in
     page.get_by_label("corrections.toml").fill("[[exclude_span]]\nfloor = 1\nfrom_s = 5\nto_s = 2\n")
     page.locator(".form:has(textarea)").get_by_role("button", name="Änderung zeigen").click()
     expect(page.get_by_role("alert")).to_contain_text("from_s muss kleiner als to_s sein", timeout=LATEST_MS)

@@ -123,11 +123,7 @@ export class SiteMap {
       heard.pointed(null);
     });
     this.map.on('moveend', () => heard.moved(this.view.calculateExtent(), this.view.getResolution()!));
-    this.map.on('change:size', () => {
-      if (!this.home || !this.map.getSize()?.every(Boolean)) return;
-      if (this.home.view === null || this.home.view === this.here()) this.fit(this.home.box, this.home.isWhole, true);
-      else this.home = null;
-    });
+    this.map.on('change:size', () => this.fitAgain());
     translate.on('translating', ({ features }) => this.dragTo(features.item(0) as Feature, false));
     translate.on('translateend', ({ features }) => {
       const feature = features.item(0) as Feature;
@@ -240,6 +236,13 @@ export class SiteMap {
     this.view.fit(box, { padding, minResolution: 0.02, duration: atOnce ? 0 : 250 * MOTION, callback });
   }
 
+  /** To be called when size or covered edges have changed: what was brought into view stays there, unless the map was moved since. */
+  fitAgain(): void {
+    if (!this.home || !this.map.getSize()?.every(Boolean)) return;
+    if (this.home.view === null || this.home.view === this.here()) this.fit(this.home.box, this.home.isWhole, true);
+    else this.home = null;
+  }
+
   private here(): string {
     return `${this.view.getCenter()!.join(' ')} ${this.view.getResolution()}`;
   }
@@ -260,6 +263,7 @@ export class SiteMap {
 
   /** Pan so that a place is in view; its margin is smaller than that of a box that was brought into view. */
   follow(place: number[]): void {
+    if (this.home?.view === null) return; // on the way to a box
     const [left, low, right, high] = this.view.calculateExtent();
     const margin = 0.05 * Math.min(right - left, high - low);
     const inside = place[0] > left + margin && place[0] < right - margin && place[1] > low + margin && place[1] < high - margin;
