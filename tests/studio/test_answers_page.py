@@ -15,7 +15,6 @@ from tests.views.browser import running_browser
 from vislam2tag.pipeline.labels.process import process
 
 SEARCHING = "The search for faults is still running"
-TABS = {"en": ("Check", "Faults"), "de": ("Prüfen", "Fehler")}
 NOTHING = "No faults were found"
 SCREENS = {
     "wide": ViewportSize(width=1400, height=900),
@@ -78,12 +77,12 @@ def test_three_answers(
         if labelled:
             expect(page.locator(".cards")).to_contain_text("Only a full search can say", timeout=LATEST_MS)
             page.get_by_role("button", name="Search for all faults").click()
-        for (language, tabs), sentence in zip(TABS.items(), expected, strict=True):
+        for language, sentence in zip(("en", "de"), expected, strict=True):
             page.evaluate(f"localStorage.setItem('language', '{language}')")
             page.reload()
             for name, size in SCREENS.items():
                 page.set_viewport_size(size)
-                for tab in tabs:
-                    page.get_by_role("tab", name=tab, exact=True).click()
+                for tab in ("#stage-check", "#tab-diagnose"):
+                    page.locator(tab).click()
                 expect(page.locator(".cards")).to_contain_text(sentence, timeout=LATEST_MS)
                 page.screenshot(path=tmp_path / f"{language}-{name}.png")

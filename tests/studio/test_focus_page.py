@@ -93,6 +93,7 @@ def test_list_and_map_scroll_apart_on_a_phone(browser: Browser, faulty: Path, tm
     with studio_page(browser, faulty, tmp_path, viewport=view, has_touch=True, is_mobile=True) as (page, _):
         panel, canvas = page.locator("main.panel"), page.locator(".map .canvas")
         expect(page.locator(".map-tools select").first).to_have_value("1")
+        expect(page.locator(".next button")).to_be_visible()  # the last part above the map that is loaded
         before = picture(page)
         swipe(page, panel, 120)
         top = scrolled(panel)

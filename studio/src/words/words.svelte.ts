@@ -22,7 +22,7 @@ export const words = new Words();
 export function t(word: Word, values: Record<string, string | number> = {}): string {
   const text: string = (words.language === 'de' ? de : en)[word];
   return text
-    .replace(/\{(\w+)\?([^:]*?):((?:[^{}]|\{\w+\})*)\}/g, (_, name: string, one: string, many: string) => (Number(values[name]) === 1 ? one : many))
+    .replace(/\{(\w+)\?([^:]*?):((?:[^{}]|\{\w+\})*)\}/g, (_, name: string, one: string, many: string) => (String(values[name]) === '1' ? one : many))
     .replace(/\{(\w+)\}/g, (whole, name: string) => String(values[name] ?? whole));
 }
 
