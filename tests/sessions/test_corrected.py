@@ -53,7 +53,7 @@ def test_an_excluded_span_makes_its_frames_invalid_and_drops_their_landmark_rows
     assert len(corrected.landmarks.frame) == np.count_nonzero(~inside[session.landmarks.frame])
     assert corrected.camera.row.tolist() == session.camera.row.tolist()
     assert corrected.landmarks.row.tolist() == session.landmarks.row[~inside[session.landmarks.frame]].tolist()
-    assert uses == (f"{inside.sum()} frames from 0.5 s to 1 s are excluded (fell).",)
+    assert uses == (f"frames excluded from 0.5 s to 1 s: {inside.sum()} (fell).",)
 
 
 def test_a_span_outside_its_session_is_reported(session: Session) -> None:

@@ -38,7 +38,8 @@ def test_back_reload_and_a_link_lead_to_a_view(browser: Browser, faulty: Path, t
         walk = page.request.get("/api/sessions").json()["sessions"]
         (id,) = [each["id"] for each in walk if f"walk={each['id']}&" in page.url]
         address_is(
-            page, f"#walk={id}&t=20.5&tab=walks&floor=2&colour=sigma&show=contradictions&show=rooms&show=scans&show=walkable"
+            page,
+            f"#walk={id}&t=20.5&tab=walks&floor=2&colour=sigma&show=contradictions&show=rooms&show=scans&show=walkable",
         )
         page.reload()
         is_shown(page, "20.5")
@@ -97,12 +98,15 @@ def leads_to_a_moment(page: Page, id: str) -> None:
     expect(page.locator(".time .slider")).to_have_value("32.5")
     picture(page)
     box, legend = page.locator(".map .canvas").bounding_box(), page.locator(".map .over").bounding_box()
-    assert box is not None and legend is not None
+    assert box is not None
+    assert legend is not None
     page.mouse.move(box["x"] + box["width"] / 2, (box["y"] + legend["y"]) / 2)
     pointed = page.get_by_label("Coordinates at the pointer")
     expect(pointed).to_be_visible()
     track = pl.read_ipc_stream(page.request.get(f"/api/sessions/{id}/track").body())
     [(x, y)] = track.sort((pl.col("t") - 31.5).abs())[:1].select("x", "y").rows()
-    assert [float(value) for value in pointed.inner_text().removesuffix(" m").split(", ")] == pytest.approx([x, y], abs=2.5)
+    assert [float(value) for value in pointed.inner_text().removesuffix(" m").split(", ")] == pytest.approx(
+        [x, y], abs=2.5
+    )
     address_is(page, "&tab=walks&floor=2")
     assert f"walk={id}&" in page.url

@@ -26,6 +26,7 @@ from vislam2tag.cli.tables import print_table, print_warnings
 from vislam2tag.cli.terminal import answer, say
 from vislam2tag.common.documentation import with_pages
 from vislam2tag.common.files.store import shown
+from vislam2tag.common.findings import counted
 
 _SOME = 5
 """Number of files named in a line."""
@@ -272,9 +273,9 @@ def report_command(
 
 
 def _print_totals(totals: api.FleetTotals) -> None:
-    say(f"{totals.surveys} surveys, {totals.sessions} sessions ({totals.failed} failed)")
+    say(f"{counted(totals.surveys, 'survey')}, {counted(totals.sessions, 'session')} ({totals.failed} failed)")
     for state, number in totals.states.items():
-        say(f"{state}: {number} surveys, {totals.sessions_by_state[state]} sessions")
+        say(f"{state}: {counted(number, 'survey')}, {counted(totals.sessions_by_state[state], 'session')}")
     if totals.frames:
         share = totals.frames_labelled / totals.frames
         say(

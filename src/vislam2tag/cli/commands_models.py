@@ -19,6 +19,7 @@ from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.tables import print_table
 from vislam2tag.cli.terminal import answer, say, say_json, visible_console
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import counted
 from vislam2tag.common.visible_text import visible
 from vislam2tag.positioning.settings import SequenceMethod
 
@@ -290,7 +291,7 @@ def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
     unknown = f"{found.unknown} unknown"
     if found.located and found.unknown:
         unknown += f" (without any of the model's {found.access_points} access points)"
-    say(f"{found.scans} scans: {found.located} located, {unknown}", err=err)
+    say(f"{counted(found.scans, 'scan')}: {found.located} located, {unknown}", err=err)
     if not found.located:
         say(f"nothing could be located: {found.judgement.why}", err=err)
     if found.unlike:

@@ -15,6 +15,7 @@ from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.tables import or_dash, print_table
 from vislam2tag.cli.terminal import answer, print_line, say
 from vislam2tag.common.errors import UsageError
+from vislam2tag.common.findings import counted
 
 if TYPE_CHECKING:
     from vislam2tag.preparation.registration.record import RegisteredPoint
@@ -190,13 +191,15 @@ def _print_next(found: api.Registration, given: RegisterOptions) -> None:
 def _print_summary(found: api.Registration) -> None:
     if found.stations:
         sigma0 = or_dash(found.sigma0, "{:.2f}")
-        text = f"{len(found.stations)} stations; sigma0 {sigma0} of {found.redundancy} redundant measurements"
+        text = (
+            f"{counted(len(found.stations), 'station')}; sigma0 {sigma0} of {found.redundancy} redundant measurements"
+        )
         if found.scale is not None:
             text += f"; scale {found.scale.value:.5f} ± {found.scale.sigma:.5f}"
         say(text)
     say(
-        f"{len(found.landmarks)} landmarks and {len(found.control_points)} control points registered, "
-        f"{len(found.unplaced)} without a position, {len(found.errors)} contradictions"
+        f"{counted(len(found.landmarks), 'landmark')} and {counted(len(found.control_points), 'control point')} "
+        f"registered, {len(found.unplaced)} without a position, {len(found.errors)} contradictions"
     )
 
 

@@ -180,7 +180,7 @@ def _without_span(session: Session, entry: ExcludeSpan, start_ns: int, uses: lis
     if not inside.any():
         return replace(session, findings=(*session.findings, _outside(session, entry))) if entry.session else session
     frames = int(inside.sum())
-    uses.append(f"{frames} frames from {entry.from_s:g} s to {entry.to_s:g} s are excluded{entry.because()}.")
+    uses.append(f"frames excluded from {entry.from_s:g} s to {entry.to_s:g} s: {frames}{entry.because()}.")
     status = np.where(inside & camera.usable, np.int8(Status.INVALID), camera.status).astype(np.int8)
     keep = ~inside[session.landmarks.frame]
     return replace(

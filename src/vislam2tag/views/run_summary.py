@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 
 from vislam2tag.common import error_statistics
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.findings import Finding, Severity, counted
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle
 from vislam2tag.core.status import Status
 from vislam2tag.labeling.results import (
@@ -256,7 +256,7 @@ def expected_error(sigma: SigmaStatistics) -> tuple[float, float]:
 def counted_sessions(summary: Summary) -> str:
     """The sessions, and how many of them failed or have no position."""
     unplaced = f", {summary.unplaced} without a position" if summary.unplaced else ""
-    return f"{summary.sessions} sessions ({summary.failed} failed{unplaced})"
+    return f"{counted(summary.sessions, 'session')} ({summary.failed} failed{unplaced})"
 
 
 def accuracy_sentence(summary: Summary) -> str:

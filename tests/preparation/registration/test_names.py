@@ -54,7 +54,7 @@ def test_a_prefix_is_named_with_the_option_that_takes_it_away() -> None:
     assert finding.kind == "other_ids"
     assert "the landmark table of floor 1 has 7 ids (1, 2, 3, 4, 5, ...)" in finding.message
     assert "the measurement has 7 ids (LM1, LM2, LM3, LM4, LM5, ...)" in finding.message
-    assert "7 landmarks of the table stay planned and are not used" in finding.message
+    assert "landmarks of the table that stay planned and are not used: 7" in finding.message
     assert "--landmark-names 'LM*'" in finding.message
 
 

@@ -135,7 +135,9 @@ def id_findings(
     found = compare_ids(table.ids, names, (f"the landmark table of floor {table.floor}", "the measurement"))
     if not found.differ or not _concerns_the_table(found, table, placed, expected):
         return []
-    waiting = f"; {len(table.planned)} landmarks of the table stay planned and are not used" if table.planned else ""
+    waiting = (
+        f"; landmarks of the table that stay planned and are not used: {len(table.planned)}" if table.planned else ""
+    )
     message = f"the names do not match: {found.text}{waiting}. {_cure(found)}"
     return [_finding("other_ids", len(found.unknown), message)]
 
