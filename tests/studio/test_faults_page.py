@@ -80,7 +80,7 @@ def corrects_one_by_two_clicks(page: Page, folder: Path) -> None:
     cards(page, "Open", len(KINDS) - 1)
     expect(floor).to_have_value("1")
     line = page.locator(".result")
-    expect(line).to_contain_text(re.compile(r"^\s*\d+ walks: \d+\.\d % → \d+\.\d % labelled, mean of median sigmas \d"))
+    expect(line).to_contain_text(re.compile(r"^\s*\d+ walks: \d+\.\d % → \d+\.\d % labelled, expected error \d"))
     idle(page)
     with page.expect_response("**/api/tracks?output=before"):
         line.get_by_role("button", name="Before / after").click()

@@ -160,6 +160,8 @@ class SessionView(FiniteRecord):
     frames: dict[str, int]
     labelled_share: float | None
     sigma_median_m: float | None
+    expected_error_m: float | None
+    """Mean error of the labels according to their sigmas."""
     error_m: float | None
     """Mean error, if ground truth exists."""
     findings: dict[str, int]

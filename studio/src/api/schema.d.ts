@@ -2520,6 +2520,8 @@ export interface components {
             };
             /** Excluded */
             excluded: boolean;
+            /** Expected Error M */
+            expected_error_m: number | null;
             /** Findings */
             findings: {
                 [key: string]: number;

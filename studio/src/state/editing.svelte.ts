@@ -10,6 +10,8 @@ import type { Summary } from './summary';
 interface Step {
   before: string;
   after: string;
+  /** The walks whose labels it changes. */
+  touched: string[];
 }
 
 class Editing {
@@ -80,9 +82,9 @@ async function write(preview: Preview, saved: () => void): Promise<void> {
   const before = result.of(preview.touched);
   await attempt(async () => {
     data.corrections = await api.save(preview.text, preview.version);
-    [editing.past, editing.future] = [[...editing.past, { before: preview.before, after: preview.text }], []];
+    [editing.past, editing.future] = [[...editing.past, { before: preview.before, after: preview.text, touched: preview.touched }], []];
     saved();
-    if (preview.touched.length) await mapAgain(preview.touched, before);
+    if (preview.touched.length) await mapAgain('change', preview.touched, preview.touched, before);
     else [data.notice, result.asked] = [t('change.kept'), null];
   });
 }
@@ -94,14 +96,16 @@ export const redo = () => editing.inTurn(() => takeBack('redo', editing.future, 
 async function takeBack(kind: 'undo' | 'redo', steps: Step[], done: (left: Step[], reverse: Step) => void): Promise<void> {
   const step = steps.at(-1);
   if (!step) return;
+  const { touched } = step;
+  const results = result.of(touched);
   await attempt(() =>
     noting(
       kind,
       async () => {
-        const { before, corrections } = await api.undo(step);
+        const { before, corrections } = await api.undo({ before: step.before, after: step.after });
         data.corrections = corrections;
-        done(steps.slice(0, -1), { before, after: corrections.text });
-        await mapAgain(null, null);
+        done(steps.slice(0, -1), { before, after: corrections.text, touched });
+        await mapAgain(kind, null, touched, results);
       },
       () => (kind === 'undo' ? (editing.past = steps.slice(0, -1)) : (editing.future = steps.slice(0, -1))),
     ),
@@ -120,9 +124,9 @@ async function noting(kind: 'change' | 'undo' | 'redo', work: () => Promise<void
   }
 }
 
-/** Make labels again, of all walks that need it without `sessions`; how these were `before` is compared with the new ones. */
-async function mapAgain(sessions: string[] | null, before: Summary | null): Promise<void> {
+/** Make labels again, of all walks that need it without `sessions`; how those that are `touched` were `before` is compared with the new ones. */
+async function mapAgain(kind: 'change' | 'undo' | 'redo', sessions: string[] | null, touched: string[], before: Summary): Promise<void> {
   [data.notice, result.asked] = [t('change.saved'), null];
   const { id } = await api.process(sessions);
-  if (sessions && before) result.asked = { job: id, ids: sessions, before };
+  if (touched.length) result.asked = { kind, job: id, ids: touched, before };
 }

@@ -39,6 +39,7 @@ vi.mock('../api/client', () => {
 
 import { data } from './data.svelte';
 import { accept, correctAtOnce, editing, propose, redo, undo } from './editing.svelte';
+import { result } from './result.svelte';
 
 const add = (table: string) => correctAtOnce([{ action: 'add', table, values: {} }]);
 
@@ -56,6 +57,7 @@ test('corrections are undone and redone in their order, and walks mapped again e
   expect(server.text).toBe('');
   await undo();
   expect(server.text).toBe('');
+  expect(result.asked).toMatchObject({ kind: 'undo', ids: ['a'] });
   await redo();
   await redo();
   expect(server.text).toBe('[[a]]\n[[b]]\n');

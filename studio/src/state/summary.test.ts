@@ -2,11 +2,11 @@ import { expect, test } from 'vitest';
 import type { Session } from '../api/model';
 import { summaryOf } from './summary';
 
-const walk = (duration_s: number, labelled_share: number, sigma_median_m: number | null, excluded = false) =>
-  ({ duration_s, labelled_share, sigma_median_m, labelled: true, excluded }) as unknown as Session;
+const walk = (duration_s: number, labelled_share: number, expected_error_m: number | null, excluded = false) =>
+  ({ duration_s, labelled_share, expected_error_m, labelled: true, excluded }) as unknown as Session;
 
-test('the labelled share counts time, sigma is the mean of the walks that have one, excluded walks do not count', () => {
-  expect(summaryOf([walk(100, 1, 0.2), walk(300, 0, null), walk(50, 0, 9, true)])).toEqual({ share: 0.25, sigma: 0.2 });
-  expect(summaryOf([walk(100, 0.5, 0.2), walk(100, 0.5, 0.4)]).sigma).toBeCloseTo(0.3);
-  expect(summaryOf([walk(100, 1, 0.1, true)])).toEqual({ share: null, sigma: null });
+test('the labelled share counts time, the error counts labelled time of walks that have one, excluded walks do not count', () => {
+  expect(summaryOf([walk(100, 1, 0.2), walk(300, 0, null), walk(50, 0, 9, true)])).toEqual({ share: 0.25, error: 0.2 });
+  expect(summaryOf([walk(100, 0.75, 0.2), walk(100, 0.25, 0.4)]).error).toBeCloseTo(0.25);
+  expect(summaryOf([walk(100, 1, 0.1, true)])).toEqual({ share: null, error: null });
 });

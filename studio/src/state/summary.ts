@@ -4,16 +4,19 @@ import type { Session } from '../api/model';
 export interface Summary {
   /** Share of their time that is labelled; null: none of them has labels. */
   share: number | null;
-  /** Mean of the median sigma of each, metres. */
-  sigma: number | null;
+  /** Expected mean error of their labels, metres. */
+  error: number | null;
 }
 
 export function summaryOf(sessions: Session[]): Summary {
   const labelled = sessions.filter((session) => session.labelled && !session.excluded);
-  const seconds = labelled.reduce((sum, { duration_s }) => sum + duration_s, 0);
-  const sigmas = labelled.flatMap(({ sigma_median_m }) => sigma_median_m ?? []);
+  const timeOf = (session: Session) => session.duration_s * (session.labelled_share ?? 0);
+  const judged = labelled.filter((session) => session.expected_error_m !== null);
   return {
-    share: seconds ? labelled.reduce((sum, { duration_s, labelled_share }) => sum + duration_s * (labelled_share ?? 0), 0) / seconds : null,
-    sigma: sigmas.length ? sigmas.reduce((sum, sigma) => sum + sigma, 0) / sigmas.length : null,
+    share: ratio(sum(labelled.map(timeOf)), sum(labelled.map(({ duration_s }) => duration_s))),
+    error: ratio(sum(judged.map((session) => timeOf(session) * session.expected_error_m!)), sum(judged.map(timeOf))),
   };
 }
+
+const sum = (values: number[]): number => values.reduce((all, value) => all + value, 0);
+const ratio = (part: number, whole: number): number | null => (whole ? part / whole : null);
