@@ -223,7 +223,7 @@ def test_listening_everywhere_shows_an_address_that_phones_can_reach() -> None:
 
 
 def test_a_taken_port_is_told() -> None:
-    with listen("127.0.0.1", 0) as taken, pytest.raises(UsageError, match="--port"):
+    with listen("127.0.0.1", 0) as taken, pytest.raises(UsageError, match=r"another program .*--port 0"):
         listen("127.0.0.1", taken.getsockname()[1])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import socket
 
@@ -18,6 +19,11 @@ def listen(host: str, port: int) -> socket.socket:
         family = socket.getaddrinfo(host or None, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)[0][0]
         return socket.create_server((host, port), family=family, backlog=64)
     except (OSError, UnicodeError) as error:
+        if isinstance(error, OSError) and error.errno == errno.EADDRINUSE:
+            raise UsageError(
+                f"--port {port}: another program listens there already, perhaps one of ours; stop it, or use another "
+                "port, or --port 0 for any free one"
+            ) from error
         why = getattr(error, "strerror", None) or "it is not the name of a computer"
         raise UsageError(f"--host {host} --port {port}: cannot listen there: {why}") from error
 

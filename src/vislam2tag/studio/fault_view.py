@@ -118,7 +118,7 @@ def alternatives(fault: Fault) -> list[CorrectionEntry]:
     if len(fault.landmarks) == 1 and fault.floor is not None:
         landmark = {"id": fault.landmarks[0], "floor": fault.floor}
         if fault.by_walks is not None:
-            place = {"x": fault.by_walks.x_m, "y": fault.by_walks.y_m}
+            place = {"x": fault.by_walks.x_m, "y": fault.by_walks.y_m, "sigma_m": fault.by_walks.sigma_m}
             entries.append(CorrectionEntry(table="move_landmark", values=landmark | place))
         of_session = {} if session is None else {"session": session.rpartition(" / ")[2]}
         entries.append(CorrectionEntry(table="exclude_landmark", values=landmark | of_session))
@@ -194,6 +194,8 @@ def _places(fault: Fault, places: Mapping[tuple[int, str], Point]) -> list[work_
     to: dict[str, Point] = {}
     if fault.by_walks is not None and len(known) == 1:
         to = {known[0]: (fault.by_walks.x_m, fault.by_walks.y_m)}
+    elif fault.observed_m is not None and len(known) == 1:
+        to = {known[0]: fault.observed_m}
     if fault.kind is FaultKind.SWAPPED:
         to = {name: places[fault.floor, after] for name, after in zip(known, [*known[1:], *known[:1]], strict=True)}
     found = []

@@ -197,17 +197,24 @@ class JobQueue:
             self._publish("labels", NewLabels(sessions=list(ids), version=self._workspace.refresh().labels))
 
     def _keep_before(self, ids: Sequence[str]) -> None:
-        """Keep the current labels of sessions: files are replaced atomically, so a hard link keeps the old version."""
+        """Keep the current labels of sessions: files are replaced atomically, so a hard link keeps the old version.
+
+        Those that were kept before an earlier job go, because the others are now as they were before this one.
+        """
+        if not ids:
+            return
         workspace = self._workspace
         before = Folder.at(workspace.outputs[BEFORE].root)
+        for slug in workspace.before_slugs.values():
+            for table, suffix in _BEFORE_FILES:
+                before.remove(f"{table}/{slug}.{suffix}")
+        workspace.before_slugs.clear()
         for id in ids:
             result = workspace.result(id)
-            workspace.before_slugs.pop(id, None)
             if result is None:
                 continue
             for table, suffix in _BEFORE_FILES:
                 file = f"{table}/{result.slug}.{suffix}"
-                before.remove(file)
                 with suppress(FileNotFoundError):
                     before.link(workspace.out / file, file)
             workspace.before_slugs[id] = result.slug

@@ -129,7 +129,9 @@ _NO_LABELS: dict[str, Any] = {
     "duration_s": 0.0,
     "distance_m": 0.0,
     "scans": 0,
-    **dict.fromkeys(("error", "labelled_share", "sigma_median_m", "expected_error_m", "error_m", "severity", "refused")),
+    **dict.fromkeys(
+        ("error", "labelled_share", "sigma_median_m", "expected_error_m", "error_m", "severity", "refused")
+    ),
     "frames": {},
     "findings": {},
     "events": {},

@@ -19,7 +19,7 @@ from vislam2tag.site.model import Floor, SessionKey
 from vislam2tag.site.plans.load import plan_picture
 from vislam2tag.studio import messages
 from vislam2tag.studio.messages import Text, seen_as
-from vislam2tag.studio.outputs import BEFORE, Output
+from vislam2tag.studio.outputs import BEFORE, LABELS, Output
 from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.work_messages import ComparisonView
 from vislam2tag.studio.workspace import Workspace, plan_stamp
@@ -160,7 +160,9 @@ def comparison(workspace: Workspace, a: Text, b: Text) -> ComparisonView:
     """Compare two outputs by their names; raises KeyError for an unknown name."""
     first, second = workspace.outputs[a], workspace.outputs[b]
     pairs = ((id, _labelled(workspace, id, a), _labelled(workspace, id, b)) for id in workspace.now.ids)
-    found = compare_labels((pair for pair in pairs if any(pair[1:])), first.settings(), second.settings())
+    # Labels before the last change were made by the settings of this studio, which do not change.
+    made_by = [workspace.outputs[LABELS if name == BEFORE else name].settings() for name in (a, b)]
+    found = compare_labels((pair for pair in pairs if any(pair[1:])), *made_by)
     return ComparisonView(a=output_view(first), b=output_view(second), **dict(found))
 
 

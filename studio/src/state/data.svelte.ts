@@ -178,6 +178,7 @@ function listen(): void {
     if (job.state === 'done' || job.state === 'failed') void follow(async () => {
       await Promise.all([loadSurvey(), loadTracks(), loadDiagnosis(), loadShared()]);
       data.settled = Math.max(data.settled, job.id);
+      if (job.kind === 'diagnose' && job.state === 'done') data.notice = t('diagnose.done');
     });
   });
 }

@@ -4,7 +4,7 @@ import type { Change, Conflict, Preview } from '../api/model';
 import { t } from '../words/words.svelte';
 import { attempt, data } from './data.svelte';
 import { result } from './result.svelte';
-import type { Summary } from './summary';
+import { type Summary, summaryOf } from './summary';
 
 /** A change of the file that this page saved, or took back: the text before it and after it. */
 interface Step {
@@ -81,6 +81,7 @@ async function look(wish: Wish): Promise<Preview | null> {
 async function write(preview: Preview, saved: () => void): Promise<void> {
   const before = result.of(preview.touched);
   await attempt(async () => {
+    result.first ??= summaryOf(data.sessions);
     data.corrections = await api.save(preview.text, preview.version);
     [editing.past, editing.future] = [[...editing.past, { before: preview.before, after: preview.text, touched: preview.touched }], []];
     saved();

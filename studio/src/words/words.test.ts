@@ -29,10 +29,10 @@ test('seconds as minutes', () => {
 });
 
 test('sentences of the server are German where the page is, their parts too', () => {
-  const evidence = '7 observations of landmarks fit with this correction, and hardly any without it; the table is certainly mirrored, but the axis is uncertain: check it on the plan';
-  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toMatch(/^landmark 11/);
+  const evidence = '7 observations of landmarks fit with this correction, but hardly any without it; the table is certainly mirrored, but the axis is uncertain: check it on the plan';
+  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) ± 0.08 m, 2.9 m from its position in the table')).toMatch(/^landmark 11/);
   words.language = 'de';
-  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) +- 0.08 m, 2.9 m from its position in the table')).toBe(
+  expect(said('landmark 11 of floor 1 is at (7.2, 21.93) ± 0.08 m, 2.9 m from its position in the table')).toBe(
     'Landmarke 11 von Stockwerk 1 ist bei (7,2; 21,93) ± 0,08 m, 2,9 m entfernt von der Angabe der Tabelle',
   );
   expect(said(evidence)).toMatch(/^7 Beobachtungen von Landmarken passen mit dieser Korrektur, ohne sie kaum eine; die Tabelle ist sicher gespiegelt/);

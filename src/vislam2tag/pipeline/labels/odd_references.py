@@ -65,6 +65,7 @@ def _fault(odd: OddReference) -> Fault:
         summary=odd.summary,
         evidence=f"{greatest.size_m:.2f} m (sigma {greatest.sigma_m:.2f} m)",
         by_walks=_place_by_walks(greatest) if len(odd.references) == 1 else None,
+        observed_m=_observed_m(greatest) if len(odd.references) == 1 else None,
     )
 
 
@@ -73,6 +74,13 @@ def _place_by_walks(one: Reference) -> PlaceByWalks | None:
     if one.session is not None or one.day is not None or one.place_sigma_m is None:
         return None
     return PlaceByWalks(x_m=round(one.x_m, 2), y_m=round(one.y_m, 2), sigma_m=one.place_sigma_m)
+
+
+def _observed_m(one: Reference) -> tuple[float, float] | None:
+    """Where the walk that is the outlier has the landmark."""
+    if one.session is None or one.offset_m is None:
+        return None
+    return round(one.x_m + one.offset_m[0], 2), round(one.y_m + one.offset_m[1], 2)
 
 
 def _explains(fault: Fault, odd: Fault) -> bool:

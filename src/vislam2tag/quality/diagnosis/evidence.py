@@ -288,7 +288,7 @@ def misfit_of_passes(evidence: Evidence, marks: Sequence[Mark]) -> str:
     if not from_table:
         return "no other landmark of these walks fits without the correction"
     return (
-        f"by {counted(len(from_table), 'observation')} in {counted(len(walks), 'walk')}, the landmarks are "
-        f"{np.median(from_new):.1f} m (median) from the corrected positions and {np.median(from_table):.1f} m from "
-        "those in the table"
+        f"{counted(len(from_table), 'observation')} in {counted(len(walks), 'walk')}: in the median "
+        f"{np.median(from_new):.1f} m from the corrected position, and {np.median(from_table):.1f} m from that in the "
+        "table"
     )

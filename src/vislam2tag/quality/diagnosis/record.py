@@ -124,6 +124,8 @@ class Fault(Record):
     gain: Gain | None = None
     by_walks: PlaceByWalks | None = None
     """Where walks have its landmark, if they agree on one place."""
+    observed_m: tuple[float, float] | None = None
+    """Where the only walk of ``sessions`` observed its only landmark, metres, BCS, if other walks have it elsewhere."""
     ignored: str = ""
     """Why its owner ignores it; empty if it is open."""
 

@@ -65,7 +65,7 @@ def _table_fault(floor: int, change: _Change, width_m: float | None, evidence: E
     """Name a change of a table; no ``width_m``: x and y are exchanged if it is mirrored."""
     unit, mirrored = change
     fits = sum(int(walk.alignment.fits.sum()) for walk in evidence.walks if walk.passes.key.floor == floor)
-    told = f"{fits} observations of landmarks fit with this correction, and hardly any without it"
+    told = f"{fits} observations of landmarks fit with this correction, but hardly any without it"
     entries = []
     parts = []
     if unit:
@@ -118,8 +118,8 @@ def _floor_fault(number: int, floor: int, evidence: Evidence) -> Fault:
         floor=key.floor,
         sessions=[str(key)],
         summary=f"session {key} was walked on floor {floor}",
-        evidence=f"{fits} of {known} observations fit the landmarks of floor {floor}, and hardly any those of its own "
-        "floor",
+        evidence=f"{fits} of {known} observations fit the landmarks of floor {floor}, but hardly any fit those of "
+        f"floor {key.floor}",
         corrections=[proposed("set_floor", **asdict(key), to=floor)],
     )
 
@@ -246,7 +246,7 @@ class _NewPlace:
         """The place in words."""
         own = evidence.table.place[self.mark]
         room, own_room = (evidence.table.room_at(self.mark.floor, at) for at in (self.place, own))
-        at = f"at ({round(self.place.real, 2):g}, {round(self.place.imag, 2):g}) +- {round(self.sigma_m, 2):g} m, "
+        at = f"at ({self.place.real:.2f}, {self.place.imag:.2f}) ± {self.sigma_m:.2f} m, "
         at += f"{abs(self.place - own):.1f} m from its position in the table"
         return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
 
@@ -267,7 +267,8 @@ class _NewPlace:
     def correction(self, **since: datetime) -> CorrectionEntry:
         """The entry that moves it there."""
         x, y = round(self.place.real, 2), round(self.place.imag, 2)
-        return proposed("move_landmark", id=self.mark.landmark, floor=self.mark.floor, x=x, y=y, **since)
+        place = {"x": x, "y": y, "sigma_m": round(self.sigma_m, 3)}
+        return proposed("move_landmark", id=self.mark.landmark, floor=self.mark.floor, **place, **since)
 
 
 def displaced_landmarks(evidence: Evidence) -> Iterator[Hypothesis]:

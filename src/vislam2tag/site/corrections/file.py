@@ -113,11 +113,13 @@ class SwapLandmarks(Correction):
 
 
 class MoveLandmark(Correction):
-    """A landmark has another position, always or for sessions that start from ``from`` (included) to ``until``."""
+    """A landmark has another position, always or in sessions that start within a period (its end excluded)."""
 
     id: _Id
     x: FiniteFloat
     y: FiniteFloat
+    sigma_m: float | None = Field(default=None, gt=0, le=10)
+    """Standard deviation per axis of the new position; that of the landmark file without it."""
     since: _DateTime | None = Field(default=None, alias="from")
     until: _DateTime | None = None
 

@@ -29,7 +29,8 @@ def corrected_landmarks(
     """Landmarks that a session may use with its corrections applied, and one sentence for each use.
 
     An entry's ``floor`` is the landmark's. Tables are put into metres, then mirrored, turned and shifted. Excluded
-    landmarks go. A moved one keeps its sigma (``default_sigma_m`` if it was unsurveyed) and loses its heading.
+    landmarks go. A moved one has the entry's sigma, else its own (``default_sigma_m`` if it was unsurveyed), and loses
+    its heading.
     """
     landmarks, table_uses = _with_tables_corrected(landmarks, corrections, key)
     plain = {entry.name: entry.id for entry in corrections.set_landmark_floor}
@@ -127,6 +128,6 @@ def _turn(own: Landmarks, rows: IntArray, entry: TurnLandmarks) -> None:
 def _move(own: Landmarks, index: int, entry: MoveLandmark, default_sigma_m: float) -> None:
     """Write the new place of a landmark into arrays of our own (a selection copies)."""
     own.position_bcs[index] = entry.x, entry.y
-    if not np.isfinite(own.covariance_bcs[index]).all():
-        own.covariance_bcs[index] = np.eye(2) * default_sigma_m**2
+    if entry.sigma_m is not None or not np.isfinite(own.covariance_bcs[index]).all():
+        own.covariance_bcs[index] = np.eye(2) * (entry.sigma_m or default_sigma_m) ** 2
     own.heading_rad[index] = own.heading_sigma_rad[index] = np.nan
