@@ -70,6 +70,7 @@ def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty
     assert not any(session["stale"] for session in now.values())
     assert {id for id, session in now.items() if session["changed"]} == set(preview["touched"])
     assert all(session["error_m"] < NEAR_M for session in now.values())
+    assert all(0 < session["expected_error_m"] < 3 * session["sigma_median_m"] for session in now.values())
     wrong = next(s for s in now.values() if s["folder"]["session"] == faults["wrong_floor"]["session"])
     assert (wrong["folder"]["floor"], wrong["key"]["floor"], wrong["floors"]) == (1, 2, [2])
 
@@ -126,6 +127,11 @@ def test_only_what_a_change_touches_is_mapped_again_and_told(page: Page) -> None
     inside = track.filter(track["t"].is_between(10.01, 19.99))
     assert set(inside["status"]) == {10}
     assert len(page.columns(f"/api/sessions/{session['id']}/track", output="before").filter(status=10)) == 0
+    other = page.get("/api/sessions")["sessions"][1]["id"]
+    page.do("process", [other])
+    compared = page.get("/api/compare", a="before", b="labels")
+    assert [s["apart_p95_m"] for s in compared["sessions"]] == [0.0] * len(compared["sessions"])
+    assert compared["settings"] == []
 
 
 @pytest.mark.usefixtures("as_before")

@@ -25,7 +25,7 @@ def test_a_landmark_can_be_put_where_walks_have_it_or_excluded() -> None:
     place = PlaceByWalks(x_m=17.75, y_m=16.57, sigma_m=0.03)
     exclusion = ("exclude_landmark", mark)
     assert odd(floor=1, landmarks=["3"], by_walks=place) == [
-        ("move_landmark", mark | {"x": 17.75, "y": 16.57}),
+        ("move_landmark", mark | {"x": 17.75, "y": 16.57, "sigma_m": 0.03}),
         exclusion,
     ]
     assert odd(floor=1, landmarks=["3"]) == [exclusion]

@@ -31,6 +31,15 @@ def test_an_entrys_floor_is_the_landmarks(tmp_path: Path) -> None:
     assert (elsewhere.ids, uses) == (("10", "7"), ())
 
 
+def test_a_moved_landmark_has_the_sigma_of_the_entry_else_its_own(tmp_path: Path) -> None:
+    text = "[[move_landmark]]\nid = 10\nx = 5\ny = 6\n"
+    for more, variance in (("", 0.0025), ("sigma_m = 0.2\n", 0.04)):
+        marks = landmarks_at({"10": (1, 1)})
+        marks.covariance_bcs[0] = np.eye(2) * 0.0025
+        corrected, _ = corrected_landmarks(marks, corrections_of(tmp_path, text + more), KEY)
+        np.testing.assert_allclose(corrected.covariance_bcs[0], np.eye(2) * variance)
+
+
 def test_moving_an_unsurveyed_landmark_surveys_it(tmp_path: Path) -> None:
     marks = landmarks_at({"10": (np.nan, np.nan)})
     marks.covariance_bcs[0] = np.diag([np.inf, np.inf])
