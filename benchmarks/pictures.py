@@ -43,6 +43,7 @@ sys.path.insert(0, str(ROOT))
 from tests.studio.running import running_studio  # noqa: E402
 from tests.studio.sharing.file_servers import plain_server  # noqa: E402
 from tests.studio.sharing.generated_fleet import generated_rows  # noqa: E402
+from tests.studio.test_page import WALKS, open_view  # noqa: E402
 from tests.views.browser import running_browser  # noqa: E402
 
 from vislam2tag.pipeline.fleet.add import looked_at  # noqa: E402
@@ -235,49 +236,45 @@ def colour(dbm: float) -> str:
 
 def walks(page: Page) -> None:
     """A walk with its time."""
-    page.locator("#tab-walks").click()
-    page.locator(".list .row").first.click()
+    open_view(page, "Walks")
+    page.locator(WALKS).first.get_by_role("button").click()
     page.locator(".charts .u-title").first.wait_for()
     page.locator(".time .slider").fill("47")
 
 
 def diagnose(page: Page) -> None:
     """Faults with their places."""
-    back = page.get_by_role("button", name="← All walks")
-    if back.count():
-        back.click()
+    page.locator("#stage-check").click()
     page.locator("#tab-diagnose").click()
     page.locator("li[data-kind=mis_surveyed] .line button").first.click()
 
 
 def conflicts(page: Page) -> None:
     """Landmarks that agree with walks, and those that contradict, by a whole diagnosis."""
-    page.locator("#tab-diagnose").click()
-    page.get_by_role("button", name="Look for all faults").click()
+    open_view(page, "Faults")
+    page.get_by_role("button", name="Search for all faults").click()
     page.locator(".gain").first.wait_for()
-    toggle_layer(page, "Conflicts")
     show_all(page)
 
 
 def radio(page: Page) -> None:
     """The strongest signal of all access points."""
-    toggle_layer(page, "Conflicts")  # of the view before
-    page.locator("#tab-radio").click()
-    page.get_by_role("button", name="Make radio maps of these labels").click()
-    page.get_by_text("of the mapped cells are drawn").wait_for()
+    open_view(page, "Data and radio")
+    page.get_by_role("button", name="Create radio maps from these labels").click()
+    page.get_by_text("of the mapped cells are shown").wait_for()
     show_all(page)
 
 
 def collect(page: Page) -> None:
     """What walks have covered, and where to go next."""
-    page.locator("#tab-collect").click()
-    page.locator(".cards button").first.wait_for()
+    open_view(page, "Collect")
+    page.get_by_role("button", name="Show where to walk next").first.wait_for()
     show_all(page)
 
 
 def prepare(page: Page) -> None:
     """Landmarks planned beside those that hang, on the map of the sigma to expect."""
-    page.locator("#tab-prepare").click()
+    open_view(page, "Prepare")
     page.locator(".step > summary").nth(2).click()
     page.locator(".step .form button").click()
     page.locator("[data-error]").wait_for()
@@ -286,7 +283,7 @@ def prepare(page: Page) -> None:
 
 def landmarks(page: Page) -> None:
     """A landmark to be corrected."""
-    page.locator("#tab-landmarks").click()
+    open_view(page, "Landmarks")
     page.locator(".list .row").nth(10).click()
 
 
@@ -301,19 +298,11 @@ def change(page: Page) -> None:
 def compare(page: Page) -> None:
     """Labels before and after the change, once it is saved, swiped."""
     page.get_by_role("dialog").locator("button.main").click()
-    page.get_by_text("Labels are new.").wait_for()
-    page.get_by_role("tab", name="Compare").click()
-    page.get_by_label("Second labels").select_option(label="before the last change")
-    page.locator(".form button.main").click()
-    page.get_by_label("Line between the two maps").wait_for()
+    page.locator(".result").wait_for()
+    open_view(page, "Compare")
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.get_by_label("Divider between the two maps").wait_for()
     show_all(page)
-
-
-def toggle_layer(page: Page, name: str) -> None:
-    """Show a layer of the map, or hide it again."""
-    page.locator(".map-tools summary").click()
-    page.locator(".map-tools .choices label", has_text=name).click()
-    page.locator(".map-tools summary").click()
 
 
 def show_all(page: Page) -> None:
@@ -378,9 +367,9 @@ def take_all(folder: Path, out: Path) -> None:
                 for name, view in VIEWS.items():
                     view(page)
                     take(page, out / f"studio_{name}_{scheme}.webp")
-                page.get_by_role("button", name="Undo").click()
-                page.locator("button[aria-label=Redo]:enabled").wait_for()
-                page.get_by_text("Labels are new.").wait_for()
+                page.get_by_role("button", name="Stop comparing").click()
+                page.get_by_role("button", name="Undo", exact=True).click()
+                page.get_by_role("button", name="Redo this correction").wait_for()
                 address = str(page.request.post("/api/invitations", data={}).json()["url"])
                 page.close()
                 page = opened(browser, address, scheme, PHONE, "de")
@@ -403,7 +392,7 @@ def take_placing(folder: Path, out: Path) -> None:
             address = f"{server.url}/#{server.token}"
             for scheme in SCHEMES:
                 page = opened(browser, address, scheme, DESKTOP, "en")
-                page.locator(".list .row", has_text=TAPPED).click()
+                page.locator(WALKS, has_text=TAPPED).get_by_role("button").click()
                 page.get_by_role("button", name="Tap the plan where the walk was at").click()
                 show_all(page)
                 page.get_by_label("x (m)").fill(TAP[0])

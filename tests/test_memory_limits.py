@@ -86,7 +86,7 @@ def test_landmarks_seen_at_one_frame_do_not_fill_the_memory(tmp_path: Path, coun
         )
     printed = run("process", tmp_path / "survey", "--out", tmp_path / "out", "--jobs", "1", memory=3 * GB)
     assert "MemoryError" not in printed
-    assert "1 sessions (0 failed)" in printed
+    assert "1 session (0 failed)" in printed
     assert "too_many_landmarks" in printed
     kept = "".join(path.read_text() for path in (tmp_path / "out").rglob("*.json"))
     assert re.search(rf"{count // 1000},\d+ landmarks are logged, but a session may have at most 1,000", kept)

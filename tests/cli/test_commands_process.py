@@ -279,7 +279,7 @@ def test_a_survey_becomes_a_data_set_and_what_is_unchanged_is_kept(tmp_path: Pat
     assert "kept" not in done.stdout
     assert len(open_dataset(out / "dataset").info.sources) == 1
     assert "Changes since the last run" in (out / "index.html").read_text()
-    assert "1 sessions (0 failed); frames labelled: " in done.stdout
+    assert "1 session (0 failed); frames labelled: " in done.stdout
 
 
 @pytest.mark.parametrize("own", [True, False])

@@ -56,8 +56,8 @@ def test_a_bad_session_and_a_bad_survey_are_told_and_the_rest_goes_on(fleet: Sma
     one = vislam2tag("fleet", "process", store, "--jobs", "1", "--config", fleet.config, "--survey", "ward")
     assert one.returncode == 0, one.stderr
     assert vislam2tag("fleet", "status", store).stdout.splitlines()[1:3] == [
-        "done: 1 surveys, 2 sessions",
-        "failed: 1 surveys, 2 sessions",
+        "done: 1 survey, 2 sessions",
+        "failed: 1 survey, 2 sessions",
     ]
     assert vislam2tag("verify", store / "labels" / "ward", f"{fleet.address}/labels/ward").returncode == 0
 
@@ -77,7 +77,7 @@ def test_a_fleet_whose_frames_are_all_uncertain_is_labelled_as_its_surveys_are(
     assert vislam2tag("fleet", "add", store, fleet.surveys["ward"]).returncode == 0
     done = vislam2tag("fleet", "process", store, "--jobs", "1", "--config", config)
     assert (done.returncode, alone.returncode) == (0, 0), done.stderr
-    assert "done: 1 surveys, 2 sessions" in done.stdout
+    assert "done: 1 survey, 2 sessions" in done.stdout
     assert done.stdout.splitlines()[-1].startswith("next: open ")
 
 
@@ -94,7 +94,7 @@ def test_a_fleet_with_shifted_ids_fails_as_its_survey_does(tmp_path: Path) -> No
         assert done.returncode == 1
         assert "hall: walks and landmark tables have different ids" in done.stderr
         assert done.stdout.splitlines()[-1] == f"next: vislam2tag fleet list {store}"
-    assert "failed: 1 surveys" in done.stdout
+    assert "failed: 1 survey" in done.stdout
     assert "hall: walks and landmark tables have different ids" in vislam2tag("fleet", "list", store).stdout
 
 
