@@ -212,7 +212,7 @@ def test_every_fault_is_found_corrected_taken_back_and_compared(
         assert corrections.read_text() == text
         assert max(errors_m(folder).values()) < NEAR_M
 
-        flip = page.get_by_role("button", name="Switch before / after")
+        flip = page.locator(".map-tools").get_by_role("button", name="Before / after")
         for output in ("before", "labels"):
             with page.expect_response(lambda answer, output=output: f"/api/tracks?output={output}" in answer.url):  # type: ignore[misc]
                 act(flip)

@@ -35,6 +35,8 @@ class Diagnoses:
         self._quick: tuple[str, list[Fault], Judgement] | None = None
         self._named: dict[_Identity, Fault] = {}
         """All faults that were found so far."""
+        self._corrected: set[_Identity] = set()
+        """Those that were corrected since the last complete diagnosis: open again if the correction is taken back."""
 
     def view(self) -> work_messages.DiagnosisView:
         """The list."""
@@ -48,11 +50,15 @@ class Diagnoses:
         else:
             state, (found, judgement) = "quick", self._of_labels(version)
         named = {_identity(fault): fault for fault in found}
-        self._named |= {_identity(fault): fault for fault in before} | named
+        self._named = self._named | {_identity(fault): fault for fault in before} | named
         written = self._written()
         earlier = [fault for fault in self._named.values() if _identity(fault) not in named]
         corrected = [fault for fault in earlier if written is not None and _is_corrected(fault, written)]
-        left = [fault for fault in earlier if stale and fault in before and fault not in corrected]
+        now_corrected = {_identity(fault) for fault in corrected}
+        self._corrected = now_corrected if state == "full" else self._corrected | now_corrected
+        known = {_identity(fault) for fault in before} if stale else set()
+        open_again = (known | self._corrected) - now_corrected if state != "full" else set()
+        left = [fault for fault in earlier if _identity(fault) in open_again]
         judgement = _with_open(judgement, left)
         faults, judgement = answered([*found, *left], judgement, self._workspace.now.corrections.ignore_fault)
         views = fault_views([*faults, *corrected], self._workspace.now)
@@ -82,7 +88,9 @@ class Diagnoses:
 
 
 def _identity(fault: Fault) -> _Identity:
-    return fault.kind, fault.floor, *fault.landmarks, *fault.sessions
+    """Also by the stream that a correction is about: two of one walk may have wrong clocks."""
+    streams = [entry.values.get("table") for entry in fault.corrections]
+    return fault.kind, fault.floor, *fault.landmarks, *fault.sessions, *streams
 
 
 def _with_open(judgement: Judgement, faults: list[Fault]) -> Judgement:
@@ -102,16 +110,33 @@ def _is_written(entry: CorrectionEntry, written: Mapping[str, object]) -> bool:
     tables = written.get(entry.table, [])
     if not isinstance(tables, list):
         return False
-    wanted = {name: value for name, value in _plain_values(entry.values).items() if name != "reason"}.items()
+    wanted = {name: value for name, value in _comparable(entry.values).items() if name != "reason"}
+    found = (_comparable(table) for table in tables if isinstance(table, dict))
     return any(
-        isinstance(table, dict) and all(_plain_values(table).get(name) == value for name, value in wanted)
-        for table in tables
+        all(table.get(name) == value for name, value in wanted.items())
+        and all(name in wanted or name not in table for name in _SELECTORS)
+        for table in found
     )
+
+
+_SELECTORS = ("session", "device", "from", "until")
+"""An entry with one of these that a correction lacks holds for less than the correction."""
+
+
+def _comparable(values: Mapping[str, object]) -> dict[str, object]:
+    """Plain values; ids may be numbers in a file, and their order does not count."""
+    found = _plain_values(values)
+    for name, value in found.items():
+        if name == "id":
+            found[name] = str(value)
+        elif name == "ids" and isinstance(value, list | tuple):
+            found[name] = sorted(str(one) for one in value)
+    return found
 
 
 def alternatives(fault: Fault) -> list[CorrectionEntry]:
     """Corrections to choose from for a fault without a certain one."""
-    if fault.corrections:
+    if fault.kind not in (FaultKind.ODD_REFERENCE, FaultKind.DOUBTFUL_FIX):
         return []
     entries = []
     session = fault.sessions[0] if len(fault.sessions) == 1 else None
@@ -163,7 +188,7 @@ def _fault_view(fault: Fault, places: Mapping[tuple[int, str], Point], now: Snap
     return seen_as(
         work_messages.FaultView,
         fault,
-        id=f"{fault.kind.value}:{fault.floor}:{','.join(fault.landmarks)}:{','.join(fault.sessions)}",
+        id=":".join(str(part) for part in _identity(fault) if part is not None),
         kind=fault.kind.value,
         sessions=[now.id_of_key[key] for key in fault.sessions if key in now.id_of_key],
         changes=[_added(entry) for entry in fault.corrections],

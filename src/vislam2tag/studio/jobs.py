@@ -205,10 +205,10 @@ class JobQueue:
             return
         workspace = self._workspace
         before = Folder.at(workspace.outputs[BEFORE].root)
-        for slug in workspace.before_slugs.values():
+        old, workspace.before_slugs = workspace.before_slugs, {}  # requests read it meanwhile
+        for slug in old.values():
             for table, suffix in _BEFORE_FILES:
                 before.remove(f"{table}/{slug}.{suffix}")
-        workspace.before_slugs.clear()
         for id in ids:
             result = workspace.result(id)
             if result is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -29,6 +30,8 @@ MOST_TASKS = 3
 """How many things to do next are listed."""
 _MOST_M = 1.0
 """Expected errors from this on have one colour, so that floors can be compared."""
+_FARTHEST_M = 500.0
+"""Positions farther from the middle of a floor's are not drawn: they would make a map of any size."""
 _LEAST_GAIN_M = 0.01
 """One more landmark is proposed from this decrease of the mean error on."""
 
@@ -121,7 +124,8 @@ def _tasks(
     name = survey.root.resolve().name
     if faults:
         more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
-        yield Task(f"Correct a fault: {faults[0]}{more}.", command=f"vislam2tag studio {name}")
+        told = f"Correct a fault: {faults[0]}{more}. In the folder that has the survey:"
+        yield Task(told, command=f"vislam2tag studio {shlex.quote(name)}")
         summary = summary.model_copy(update={"contradictions": []})  # what faults explain
     for problem in problems(summary, survey.findings):
         yield Task(f"{_sentence(problem.what)} {_sentence(problem.todo)}".rstrip(), f"{report}#{problem.anchor}")
@@ -137,7 +141,9 @@ def _tasks(
             gain = number(one.places[0].gain_m, 2, "m")
             what = f"Add a landmark on floor {one.number}: the expected error decreases by {gain}."
             yield Task(what, f"{checked}#floor-{one.number}")
-    yield Task("Train a positioning model.", command="vislam2tag train dataset --out building.v2t")
+    yield Task(
+        "Train a positioning model. In the folder of this page:", command="vislam2tag train dataset --out building.v2t"
+    )
 
 
 def _sentence(text: str) -> str:
@@ -195,6 +201,8 @@ def expected_errors(files: Sequence[Path]) -> pl.DataFrame:
 
 
 def _error_map(errors: pl.DataFrame) -> Trace:
+    away_m = [(pl.col(axis) - pl.col(axis).median()).abs() * CELL_M for axis in ("column", "row")]
+    errors = errors.filter(pl.max_horizontal(away_m) <= _FARTHEST_M)
     x, y = errors["column"].to_numpy(), errors["row"].to_numpy()
     across = np.arange(x.min(), x.max() + 1) if len(x) else x
     up = np.arange(y.min(), y.max() + 1) if len(y) else y

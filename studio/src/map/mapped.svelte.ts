@@ -64,6 +64,7 @@ class Mapped {
     $effect(() => {
       const [of, extent, output, floor] = [this.drawn, this.extent, data.output, choice.floor];
       const enough = data.overview?.stride === 1 && !choice.showBand; // only frames of a window have covariances
+      if (enough) this.window = null;
       if (choice.stacked || !extent || !data.overview || enough) return;
       return latest(() => api.frames(output, floor, widened(extent), WINDOW_POINTS), (is) => (this.window = { of, is }), PAUSE_MS);
     });

@@ -1,4 +1,5 @@
 // Landmarks, control points, events, faults and further layers as features of the map.
+import { exchangedWith } from '../state/exchanged';
 import Feature from 'ol/Feature';
 import { LineString, Point, Polygon } from 'ol/geom';
 import { Circle, Fill, RegularShape, Stroke, Style, Text } from 'ol/style';
@@ -44,7 +45,7 @@ function pointFeature(kind: Mark['kind'], point: Landmark | ControlPoint, placin
   feature.set('mark', mark);
   const isChosen = chosen?.kind === kind && chosen.floor === point.floor && chosen.id === point.id;
   const excluded = 'excluded' in point && point.excluded;
-  const entry = pointEntry(kind, point.corrected !== null, excluded);
+  const entry = pointEntry(kind, point.corrected !== null || (kind === 'landmark' && exchangedWith(point).length > 0), excluded);
   const { colour } = entry;
   const radius = kind === 'landmark' ? (isChosen ? 10 : 7) : isChosen ? 9 : 6;
   const shape = new RegularShape({

@@ -23,6 +23,8 @@ class Data {
   output = $state('labels');
   /** Number of the last job of which what it changed is loaded. */
   settled = $state(0);
+  /** Whether somebody asked for something while the studio did not answer. */
+  undone = false;
   /** Counts up as labels change, for what is loaded of them elsewhere. */
   generation = $state(0);
   problem = $state('');
@@ -50,7 +52,9 @@ api.reading.whole = () => (data.wholeFiles = true);
 /** Do what somebody asked for; what goes wrong is shown in place of what went wrong before. */
 export async function attempt(work: () => Promise<void>): Promise<boolean> {
   data.problem = ''; // not at its end: what began before must not hide what went wrong since
-  return follow(work);
+  const done = await follow(work);
+  if (!done && reconnecting) data.undone = true;
+  return done;
 }
 
 /** Do what nobody asked for, such as loading what has changed; what goes wrong is shown. Returns whether it went well. */
@@ -96,7 +100,8 @@ export async function loadDiagnosis(): Promise<void> {
 
 /** Enter and load everything, also again: after a new link, or once a studio answers again. */
 export async function start(): Promise<void> {
-  await attempt(async () => {
+  data.problem = '';
+  await follow(async () => {
     await api.enter();
     const [found, more] = await Promise.all([
       Promise.all([api.survey(), api.sessions(), api.layers(), api.corrections()]),
@@ -133,7 +138,10 @@ async function reconnect(): Promise<void> {
   }
   if (data.lost) wait = FIRST_MS; // what answers but ends its events again and again is asked less often
   reconnecting = data.lost = false;
+  [data.jobs, data.settled] = [[], 0]; // a studio that was started again counts from one
   await start();
+  if (data.undone) data.problem ||= t('lost.undone');
+  data.undone = false;
 }
 
 async function loadCorrections(): Promise<void> {
@@ -164,6 +172,8 @@ function listen(): void {
     void follow(async () => {
       const earlier = await api.jobs();
       data.jobs = [...earlier.filter(({ id }) => !data.jobs.some((job) => job.id === id)), ...data.jobs];
+      const ended = earlier.filter(({ state }) => state !== 'queued' && state !== 'running');
+      data.settled = Math.max(data.settled, ...ended.map(({ id }) => id));
     });
   });
   source.addEventListener('versions', compare);

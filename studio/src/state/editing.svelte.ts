@@ -81,8 +81,9 @@ async function look(wish: Wish): Promise<Preview | null> {
 async function write(preview: Preview, saved: () => void): Promise<void> {
   const before = result.of(preview.touched);
   await attempt(async () => {
-    result.first ??= summaryOf(data.sessions);
+    const all = summaryOf(data.sessions);
     data.corrections = await api.save(preview.text, preview.version);
+    result.begin(all);
     [editing.past, editing.future] = [[...editing.past, { before: preview.before, after: preview.text, touched: preview.touched }], []];
     saved();
     if (preview.touched.length) await mapAgain('change', preview.touched, preview.touched, before);

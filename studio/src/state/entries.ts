@@ -53,7 +53,13 @@ function kindOf({ type, format, enum: choices }: Schema): Field['kind'] {
 
 /** Whether an entry has some values; why it was written does not count, and an empty list selects anything. */
 export const holds = (values: Values, some: Values): boolean =>
-  Object.entries(some).every(([name, value]) => name === 'reason' || (Array.isArray(value) && !value.length) || JSON.stringify(values[name]) === JSON.stringify(value));
+  Object.entries(some).every(([name, value]) => name === 'reason' || (Array.isArray(value) && !value.length) || comparable(name, values[name]) === comparable(name, value));
+
+/** Ids may be numbers in the file, and their order does not count. */
+function comparable(name: string, value: unknown): string {
+  if (['ids', 'landmarks', 'sessions'].includes(name) && Array.isArray(value)) return JSON.stringify(value.map(String).sort());
+  return name === 'id' ? String(value) : JSON.stringify(value);
+}
 
 /** What tells an entry from others, however many stand before it. */
 export const identityOf = ({ table, values }: Pick<Entry, 'table' | 'values'>): string => JSON.stringify({ table, values });

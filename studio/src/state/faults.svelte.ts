@@ -12,7 +12,16 @@ export interface Standing {
   entries: Entry[];
 }
 
-const entryOf = ({ table, ...change }: Change) => data.corrections.entries.find((entry) => entry.table === table && 'values' in change && holds(entry.values, change.values as Values));
+/** An entry with one of these that a change lacks holds for less than the change. */
+const SELECTORS = ['session', 'device', 'from', 'until'];
+
+function entryOf({ table, ...change }: Change): Entry | undefined {
+  if (!('values' in change)) return undefined;
+  const wanted = change.values as Values;
+  return data.corrections.entries.find(
+    ({ table: own, values }) => own === table && holds(values, wanted) && SELECTORS.every((name) => name in wanted || !(name in values)),
+  );
+}
 
 function standing(fault: Fault): Standing {
   const ignoring = data.corrections.entries.find(({ table, values }) => table === fault.ignore.table && holds(fault.ignore.values, values));
@@ -25,8 +34,14 @@ function standing(fault: Fault): Standing {
 /** What corrects a fault for certain and is not in the file yet. */
 export const changesOf = (fault: Fault): Change[] => fault.changes.filter((change) => !entryOf(change));
 
-export const standings = (): Standing[] => (data.diagnosis?.faults ?? []).map(standing);
-export const openFaults = (): Fault[] => standings().filter(({ state }) => state === 'open').map(({ fault }) => fault);
+class Standings {
+  all = $derived((data.diagnosis?.faults ?? []).map(standing));
+  open = $derived(this.all.filter(({ state }) => state === 'open').map(({ fault }) => fault));
+}
+
+const known = new Standings();
+export const standings = (): Standing[] => known.all;
+export const openFaults = (): Fault[] => known.open;
 
 /** What to bring into view for a fault: its places, else the walk it is about. */
 export function spotsOf(fault: Fault): Spot[] {

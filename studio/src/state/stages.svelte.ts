@@ -11,6 +11,7 @@ const isShown = (view: Tab) => !hidden.includes(view) && !(readOnly && view === 
 
 /** The views of a step that there are here. */
 export const viewsOf = (stage: Stage): Tab[] => VIEWS[stage].filter(isShown);
+export const stageOf = (view: Tab): Stage => (Object.keys(VIEWS) as Stage[]).find((stage) => VIEWS[stage].includes(view)) ?? 'check';
 export const shownViews = (): Tab[] => Object.values(VIEWS).flat().filter(isShown);
 
 class Badges {

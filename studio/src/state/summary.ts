@@ -6,6 +6,8 @@ export interface Summary {
   share: number | null;
   /** Expected mean error of their labels, metres. */
   error: number | null;
+  /** Those that could not be processed. */
+  failed: number;
 }
 
 export function summaryOf(sessions: Session[]): Summary {
@@ -13,6 +15,7 @@ export function summaryOf(sessions: Session[]): Summary {
   const timeOf = (session: Session) => session.duration_s * (session.labelled_share ?? 0);
   const judged = labelled.filter((session) => session.expected_error_m !== null);
   return {
+    failed: sessions.filter(({ error, excluded }) => error !== null && !excluded).length,
     share: ratio(sum(labelled.map(timeOf)), sum(labelled.map(({ duration_s }) => duration_s))),
     error: ratio(sum(judged.map((session) => timeOf(session) * session.expected_error_m!)), sum(judged.map(timeOf))),
   };
