@@ -29,7 +29,7 @@ def test_a_landmark_can_be_put_where_walks_have_it_or_excluded() -> None:
         exclusion,
     ]
     assert odd(floor=1, landmarks=["3"]) == [exclusion]
-    session = {"session": "2021-12-20T10:00:00"}
+    session = {"device": "LG", "session": "2021-12-20T10:00:00"}
     assert odd(floor=1, landmarks=["3"], sessions=[SESSION]) == [("exclude_landmark", mark | session)]
     assert odd(floor=1, landmarks=["3"], corrections=[proposed("exclude_landmark", id="3")]) == []
 

@@ -136,7 +136,7 @@ def _comparable(values: Mapping[str, object]) -> dict[str, object]:
 
 def alternatives(fault: Fault) -> list[CorrectionEntry]:
     """Corrections to choose from for a fault without a certain one."""
-    if fault.kind not in (FaultKind.ODD_REFERENCE, FaultKind.DOUBTFUL_FIX):
+    if fault.corrections or fault.kind not in (FaultKind.ODD_REFERENCE, FaultKind.DOUBTFUL_FIX):
         return []
     entries = []
     session = fault.sessions[0] if len(fault.sessions) == 1 else None
@@ -145,7 +145,7 @@ def alternatives(fault: Fault) -> list[CorrectionEntry]:
         if fault.by_walks is not None:
             place = {"x": fault.by_walks.x_m, "y": fault.by_walks.y_m, "sigma_m": fault.by_walks.sigma_m}
             entries.append(CorrectionEntry(table="move_landmark", values=landmark | place))
-        of_session = {} if session is None else {"session": session.rpartition(" / ")[2]}
+        of_session = {} if session is None else dict(zip(("device", "session"), session.split(" / ")[1:], strict=True))
         entries.append(CorrectionEntry(table="exclude_landmark", values=landmark | of_session))
     elif session is not None:
         values = dict(zip(("floor", "device", "session"), session.split(" / "), strict=True))
