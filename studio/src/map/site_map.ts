@@ -236,8 +236,13 @@ export class SiteMap {
     this.view.fit(box, { padding, minResolution: 0.02, duration: atOnce ? 0 : 250 * MOTION, callback });
   }
 
-  /** To be called when size or covered edges have changed: what was brought into view stays there, unless the map was moved since. */
-  fitAgain(): void {
+  /** To be called when covered edges have changed: they do not concern a whole floor. */
+  coverChanged(): void {
+    if (this.home && !this.home.isWhole) this.fitAgain();
+  }
+
+  /** What was brought into view stays there, unless the map was moved since. */
+  private fitAgain(): void {
     if (!this.home || !this.map.getSize()?.every(Boolean)) return;
     if (this.home.view === null || this.home.view === this.here()) this.fit(this.home.box, this.home.isWhole, true);
     else this.home = null;

@@ -103,18 +103,17 @@ export async function start(): Promise<void> {
   data.problem = '';
   await follow(async () => {
     await api.enter();
-    const [found, more] = await Promise.all([
-      Promise.all([api.survey(), api.sessions(), api.layers(), api.corrections()]),
-      api.readOnly ? null : Promise.all([api.correctionTables(), api.collecting(), api.shared()]),
-    ]);
-    [data.survey, data.sessions, data.layers, data.corrections] = found;
-    if (more) [data.tables, data.collecting, data.shared] = more;
+    [data.survey, data.sessions, data.layers, data.corrections] = await Promise.all([api.survey(), api.sessions(), api.layers(), api.corrections()]);
     data.refused = null;
     data.opened();
+    await Promise.all([loadTracks(), api.readOnly ? null : loadRest()]);
     if (!api.readOnly) listen();
-    await loadTracks();
     await loadDiagnosis();
   });
+}
+
+async function loadRest(): Promise<void> {
+  [data.tables, data.collecting, data.shared] = await Promise.all([api.correctionTables(), api.collecting(), api.shared()]);
 }
 
 async function loadShared(): Promise<void> {
