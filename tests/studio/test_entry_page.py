@@ -75,7 +75,7 @@ def test_a_link_lets_one_browser_in_and_a_studio_that_ended_can_be_started_again
     expect(page.get_by_text("Failed to fetch")).to_have_count(0)
     with studio_at(port, tmp_path / "survey") as server:
         expect(page.get_by_text("The studio was started again.")).to_be_visible()
-        expect(lost).to_have_count(0)
+        expect(page.get_by_text("The studio has ended")).to_have_count(0)
         page.goto(f"{server.url}/#{server.token}")
         is_in(page)
         open_view(page, "Corrections")

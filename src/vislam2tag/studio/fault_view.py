@@ -89,7 +89,7 @@ class Diagnoses:
 
 def _identity(fault: Fault) -> _Identity:
     """Also by the stream that a correction is about: two of one walk may have wrong clocks."""
-    streams = [entry.values.get("table") for entry in fault.corrections]
+    streams = [entry.values["table"] for entry in fault.corrections if "table" in entry.values]
     return fault.kind, fault.floor, *fault.landmarks, *fault.sessions, *streams
 
 
