@@ -63,6 +63,8 @@ def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty
     assert all(line.startswith(("@@", "+", " ")) for line in preview["lines"].splitlines())
     saved = page.save(preview["text"], before["version"]).json()
     assert (faulty / "survey" / "corrections.toml").read_text() == preview["text"] == saved["text"]
+    listed = sorted(fault["id"] for fault in found["faults"])
+    assert sorted(fault["id"] for fault in page.get("/api/diagnosis")["faults"]) == listed, "while labels are outdated"
 
     job = page.do("process")
     assert (job["state"], job["done"], job["failed"]) == ("done", len(preview["touched"]), {})
@@ -84,6 +86,7 @@ def test_all_faults_are_found_corrected_undone_and_done_again(page: Page, faulty
 
     undone = page.save("", saved["version"]).json()
     assert undone["version"] == ""
+    assert sorted(fault["id"] for fault in page.get("/api/diagnosis")["faults"]) == listed, "open again"
     assert not (faulty / "survey" / "corrections.toml").exists()
     assert page.do("process")["done"] == len(preview["touched"])
     back = {session["id"]: session for session in page.get("/api/sessions")["sessions"]}

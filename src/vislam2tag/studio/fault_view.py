@@ -6,6 +6,7 @@ import math
 import tomllib
 from collections.abc import Mapping
 from datetime import date, time
+from threading import Lock
 from typing import TypeAlias
 
 from vislam2tag.common.errors import SurveyError
@@ -37,9 +38,16 @@ class Diagnoses:
         """All faults that were found so far."""
         self._corrected: set[_Identity] = set()
         """Those that were corrected since the last complete diagnosis: open again if the correction is taken back."""
+        self._open: set[_Identity] = set()
+        """Those that were open when labels were last up to date."""
+        self._lock = Lock()
 
     def view(self) -> work_messages.DiagnosisView:
-        """The list."""
+        """The list; one request after the other, because each adds to what is known."""
+        with self._lock:
+            return self._view()
+
+    def _view(self) -> work_messages.DiagnosisView:
         version, full = self._workspace.searched(), self._workspace.diagnosis
         before = [] if full is None else full[0].faults
         stale = full is not None and full[1] != version
@@ -56,9 +64,14 @@ class Diagnoses:
         corrected = [fault for fault in earlier if written is not None and _is_corrected(fault, written)]
         now_corrected = {_identity(fault) for fault in corrected}
         self._corrected = now_corrected if state == "full" else self._corrected | now_corrected
+        outdated = bool(self._workspace.stale())
         known = {_identity(fault) for fault in before} if stale else set()
+        if outdated:  # these show fewer faults
+            known |= self._open
         open_again = (known | self._corrected) - now_corrected if state != "full" else set()
         left = [fault for fault in earlier if _identity(fault) in open_again]
+        if not outdated:
+            self._open = {_identity(fault) for fault in [*found, *left]}
         judgement = _with_open(judgement, left)
         faults, judgement = answered([*found, *left], judgement, self._workspace.now.corrections.ignore_fault)
         views = fault_views([*faults, *corrected], self._workspace.now)

@@ -40,7 +40,7 @@ class Data {
   job = $derived(this.jobs.find((job) => job.state === 'running' || job.state === 'queued') ?? null);
   isBusy = (kind: Job['kind']): boolean => this.jobs.some((job) => job.kind === kind && (job.state === 'queued' || job.state === 'running'));
   /** Ask for the survey and its sessions again. */
-  reload = loadSurvey;
+  reload = (): Promise<void> => loadSurvey();
   byId = $derived(new Map(this.sessions.map((session) => [session.id, session])));
   /** To be called once there is something to show. */
   opened: () => void = () => {};
@@ -90,13 +90,19 @@ export async function loadTracks(): Promise<void> {
   data.generation++;
 }
 
-async function loadSurvey(): Promise<void> {
-  [data.survey, data.sessions] = await Promise.all([api.survey(), api.sessions()]);
+/** Asks for something anew; an answer that comes after that of a later question is dropped. */
+function newest<T>(ask: () => Promise<T>, take: (answer: T) => void): () => Promise<void> {
+  let [asked, taken] = [0, 0];
+  return async () => {
+    const mine = ++asked;
+    const answer = await ask();
+    if (mine > taken) take(answer);
+    taken = Math.max(taken, mine);
+  };
 }
 
-export async function loadDiagnosis(): Promise<void> {
-  data.diagnosis = await api.diagnosis();
-}
+const loadSurvey = newest(() => Promise.all([api.survey(), api.sessions()]), (answer) => ([data.survey, data.sessions] = answer));
+export const loadDiagnosis = newest(api.diagnosis, (answer) => (data.diagnosis = answer));
 
 /** Enter and load everything, also again: after a new link, or once a studio answers again. */
 export async function start(): Promise<void> {
