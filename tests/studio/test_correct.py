@@ -285,6 +285,7 @@ def workspace_of(root: Path, *, labelled: bool, faults: list[Fault]) -> Any:
         diagnosis=(Diagnosis(faults=faults), "before"),
         outputs={LABELS: SimpleNamespace(stamp=lambda: "made" if labelled else "")},
         searched=lambda: "now",
+        stale=frozenset,
     )
 
 

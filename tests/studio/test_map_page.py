@@ -287,7 +287,10 @@ def test_at_200_percent_zoom_everything_can_be_clicked(browser: Browser, mapped:
             controls = page.locator(
                 ".zoom button, .map-tools select, .map-tools summary, .legend summary, .tools button:enabled"
             )
-            for control in [*controls.all(), page.locator("#panel").locator("button:enabled:visible, input:visible, summary:visible").last]:
+            for control in [
+                *controls.all(),
+                page.locator("#panel").locator("button:enabled:visible, input:visible, summary:visible").last,
+            ]:
                 if control.count():
                     reached(control)
             assert page.evaluate("document.documentElement.scrollWidth") == 700

@@ -51,10 +51,15 @@ class Diagnoses:
         version, full = self._workspace.searched(), self._workspace.diagnosis
         before = [] if full is None else full[0].faults
         stale = full is not None and full[1] != version
+        outdated = bool(self._workspace.stale())
         if full is not None and not stale:
             state, found, judgement = "full", full[0].faults, full[0].judgement
         elif not self._workspace.outputs[LABELS].stamp():
             state, found, judgement = "none", [], self._not_looked_at()
+        elif (
+            outdated and self._quick is not None
+        ):  # while some labels are old and some new, walks contradict each other
+            state, found, judgement = "quick", [], self._quick[2]
         else:
             state, (found, judgement) = "quick", self._of_labels(version)
         named = {_identity(fault): fault for fault in found}
@@ -64,9 +69,8 @@ class Diagnoses:
         corrected = [fault for fault in earlier if written is not None and _is_corrected(fault, written)]
         now_corrected = {_identity(fault) for fault in corrected}
         self._corrected = now_corrected if state == "full" else self._corrected | now_corrected
-        outdated = bool(self._workspace.stale())
         known = {_identity(fault) for fault in before} if stale else set()
-        if outdated:  # these show fewer faults
+        if outdated:
             known |= self._open
         open_again = (known | self._corrected) - now_corrected if state != "full" else set()
         left = [fault for fault in earlier if _identity(fault) in open_again]

@@ -60,7 +60,7 @@ def conflicts(workspace: Workspace, floor: int) -> list[Feature]:
     None before a diagnosis of the survey as it is.
     """
     found = workspace.diagnosis
-    if found is None or found[1] != workspace.refresh().sessions:
+    if found is None or found[1] != workspace.searched():
         return []
     here = found[0].references.on_floor(floor)
     return [*_dots(here), *_lines(here)]
