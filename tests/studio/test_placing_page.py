@@ -37,7 +37,7 @@ def test_one_tap_on_the_plan_labels_a_walk_that_fits_several_places(tmp_path: Pa
         page.get_by_role("button", name="Undo", exact=True).click()
         expect(page.get_by_text("Not placed: too short")).to_be_visible()
         idle(page)
-        page.get_by_role("button", name="Redo").click()
+        page.get_by_role("button", name="Redo", exact=True).click()
         expect(page.get_by_text("Not placed: too short")).to_have_count(0)
         idle(page)
         assert max(errors_of(labels, survey).values()) < NEAR_M
