@@ -137,7 +137,7 @@ def _is_written(entry: CorrectionEntry, written: Mapping[str, object]) -> bool:
 
 
 _SELECTORS = ("session", "device", "from", "until")
-"""An entry with one of these that a correction lacks holds for less than the correction."""
+"""An entry with one of these that a correction does not have holds for less than the correction."""
 
 
 def _comparable(values: Mapping[str, object]) -> dict[str, object]:

@@ -12,7 +12,7 @@ export interface Standing {
   entries: Entry[];
 }
 
-/** An entry with one of these that a change lacks holds for less than the change. */
+/** An entry with one of these that a change does not have holds for less than the change. */
 const SELECTORS = ['session', 'device', 'from', 'until'];
 
 function entryOf({ table, ...change }: Change): Entry | undefined {
