@@ -102,7 +102,7 @@ function newest<T>(ask: () => Promise<T>, take: (answer: T) => void): () => Prom
 }
 
 const loadSurvey = newest(() => Promise.all([api.survey(), api.sessions()]), (answer) => ([data.survey, data.sessions] = answer));
-export const loadDiagnosis = newest(api.diagnosis, (answer) => (data.diagnosis = answer));
+export const loadDiagnosis = newest(() => api.diagnosis(), (answer) => (data.diagnosis = answer));
 
 /** Enter and load everything, also again: after a new link, or once a studio answers again. */
 export async function start(): Promise<void> {
