@@ -33,13 +33,12 @@ class Diagnoses:
     def __init__(self, workspace: Workspace) -> None:
         """Start without a search."""
         self._workspace = workspace
-        self._quick: tuple[str, list[Fault], Judgement] | None = None
+        self._last: tuple[str, list[Fault], Judgement] | None = None
+        """The last search of labels that were up to date, and the version of what it searched."""
         self._named: dict[_Identity, Fault] = {}
         """All faults that were found so far."""
-        self._corrected: set[_Identity] = set()
-        """Those that were corrected since the last complete diagnosis: open again if the correction is taken back."""
-        self._open: set[_Identity] = set()
-        """Those that were open when labels were last up to date."""
+        self._kept: set[_Identity] = set()
+        """Those that only a complete diagnosis closes: of the last one, and those that were corrected since."""
         self._lock = Lock()
 
     def view(self) -> work_messages.DiagnosisView:
@@ -51,53 +50,46 @@ class Diagnoses:
         version, full = self._workspace.searched(), self._workspace.diagnosis
         before = [] if full is None else full[0].faults
         stale = full is not None and full[1] != version
-        outdated = bool(self._workspace.stale())
+        written = self._written()
         if full is not None and not stale:
-            state, found, judgement = "full", full[0].faults, full[0].judgement
+            state, found, judgement = "full", before, full[0].judgement
+            self._last = version, found, judgement
         elif not self._workspace.outputs[LABELS].stamp():
             state, found, judgement = "none", [], self._not_looked_at()
-        elif (
-            outdated and self._quick is not None
-        ):  # while some labels are old and some new, walks contradict each other
-            state, found, judgement = "quick", [], self._quick[2]
         else:
-            state, (found, judgement) = "quick", self._of_labels(version)
-        named = {_identity(fault): fault for fault in found}
-        self._named = self._named | {_identity(fault): fault for fault in before} | named
-        written = self._written()
-        earlier = [fault for fault in self._named.values() if _identity(fault) not in named]
-        corrected = [fault for fault in earlier if written is not None and _is_corrected(fault, written)]
-        now_corrected = {_identity(fault) for fault in corrected}
-        self._corrected = now_corrected if state == "full" else self._corrected | now_corrected
-        known = {_identity(fault) for fault in before} if stale else set()
-        if outdated:
-            known |= self._open
-        open_again = (known | self._corrected) - now_corrected if state != "full" else set()
-        left = [fault for fault in earlier if _identity(fault) in open_again]
-        if not outdated:
-            self._open = {_identity(fault) for fault in [*found, *left]}
+            state, (found, judgement) = "quick", self._of_labels(version, written)
+        listed = _by_identity(found)
+        self._named = self._named | _by_identity(before) | listed
+        earlier = {name: fault for name, fault in self._named.items() if name not in listed}
+        corrected = {name: fault for name, fault in earlier.items() if _is_corrected(fault, written)}
+        self._kept = {*_by_identity(before), *corrected, *(() if state == "full" else self._kept)}
+        left = [fault for name, fault in earlier.items() if name in self._kept and name not in corrected]
         judgement = _with_open(judgement, left)
         faults, judgement = answered([*found, *left], judgement, self._workspace.now.corrections.ignore_fault)
-        views = fault_views([*faults, *corrected], self._workspace.now)
+        views = fault_views([*faults, *corrected.values()], self._workspace.now)
         return work_messages.DiagnosisView.model_validate(
             {"state": state, "stale": stale, "faults": views, "judgement": judgement}
         )
 
-    def _of_labels(self, version: str) -> tuple[list[Fault], Judgement]:
-        if self._quick is None or self._quick[0] != version:
+    def _of_labels(self, version: str, written: Mapping[str, object]) -> tuple[list[Fault], Judgement]:
+        """Faults that labels show: while some are outdated, those before, because old and new ones contradict."""
+        if self._last is not None and self._last[0] != version and self._workspace.stale():
+            _, found, judgement = self._last
+            return [fault for fault in found if not _is_corrected(fault, written)], judgement
+        if self._last is None or self._last[0] != version:
             now, folder = self._workspace.now, OutputFolder(self._workspace.out)
             refs = [ref for ref in now.survey.sessions if not now.corrections.excludes(ref.key)]
             results = folder.results(ref.slug for ref in thinned(refs))
             passes = {result.slug: result.passes for result in results if result.passes is not None}
-            self._quick = version, *kept_faults(now.survey, refs, passes)
-        return self._quick[1], self._quick[2]
+            self._last = version, *kept_faults(now.survey, refs, passes)
+        return self._last[1], self._last[2]
 
-    def _written(self) -> Mapping[str, object] | None:
-        """The entries of the file; None while it cannot be read."""
+    def _written(self) -> Mapping[str, object]:
+        """The entries of the file; none while it cannot be read."""
         try:
             return tomllib.loads(edits.corrections_text(self._workspace.root)[0])
         except (SurveyError, tomllib.TOMLDecodeError):
-            return None
+            return {}
 
     def _not_looked_at(self) -> Judgement:
         why = "no walk has labels yet" if self._workspace.now.survey.sessions else "the survey has no walks yet"
@@ -108,6 +100,10 @@ def _identity(fault: Fault) -> _Identity:
     """Also by the stream that a correction is about: two of one walk may have wrong clocks."""
     streams = [entry.values["table"] for entry in fault.corrections if "table" in entry.values]
     return fault.kind, fault.floor, *fault.landmarks, *fault.sessions, *streams
+
+
+def _by_identity(faults: list[Fault]) -> dict[_Identity, Fault]:
+    return {_identity(fault): fault for fault in faults}
 
 
 def _with_open(judgement: Judgement, faults: list[Fault]) -> Judgement:
@@ -156,18 +152,18 @@ def alternatives(fault: Fault) -> list[CorrectionEntry]:
     if fault.corrections or fault.kind not in (FaultKind.ODD_REFERENCE, FaultKind.DOUBTFUL_FIX):
         return []
     entries = []
-    session = fault.sessions[0] if len(fault.sessions) == 1 else None
+    of_session: dict[str, object] = {}
+    if len(fault.sessions) == 1:
+        floor, device, session = fault.sessions[0].split(" / ")
+        of_session = {"device": device, "session": session}
     if len(fault.landmarks) == 1 and fault.floor is not None:
         landmark = {"id": fault.landmarks[0], "floor": fault.floor}
         if fault.by_walks is not None:
-            place = {"x": fault.by_walks.x_m, "y": fault.by_walks.y_m, "sigma_m": fault.by_walks.sigma_m}
-            entries.append(CorrectionEntry(table="move_landmark", values=landmark | place))
-        of_session = {} if session is None else dict(zip(("device", "session"), session.split(" / ")[1:], strict=True))
+            entries.append(CorrectionEntry(table="move_landmark", values=landmark | fault.by_walks.correction))
         entries.append(CorrectionEntry(table="exclude_landmark", values=landmark | of_session))
-    elif session is not None:
-        values = dict(zip(("floor", "device", "session"), session.split(" / "), strict=True))
-        number = int(values["floor"].removeprefix("floor "))
-        entries.append(CorrectionEntry(table="exclude_session", values=values | {"floor": number}))
+    elif of_session:
+        number = int(floor.removeprefix("floor "))
+        entries.append(CorrectionEntry(table="exclude_session", values={"floor": number} | of_session))
     return entries
 
 

@@ -30,7 +30,7 @@ from vislam2tag.studio.outputs import Columns, Track
 from vislam2tag.studio.routing import endpoint
 from vislam2tag.studio.used_corrections import used_corrections
 from vislam2tag.studio.workspace import Workspace
-from vislam2tag.views.run_summary import expected_error
+from vislam2tag.views.run_summary import expected_mean_error
 
 DRAWN_M = 5.0
 """Maximum distance of frames from a drawn path, because its points are chosen by distance walked."""
@@ -155,7 +155,7 @@ def _labels(result: SessionResult) -> dict[str, Any]:
         "frames": result.frames,
         "labelled_share": labelled_share(result.frames),
         "sigma_median_m": result.sigma.median_m if result.sigma else None,
-        "expected_error_m": expected_error(result.sigma)[0] if result.sigma else None,
+        "expected_error_m": expected_mean_error(result.sigma) if result.sigma else None,
         "error_m": mean_error_m([result]),
         "findings": {str(finding.kind): finding.count for finding in result.findings},
         "severity": next((severity for severity in _WORST if severity in severities), None),

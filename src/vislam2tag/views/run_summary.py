@@ -13,6 +13,7 @@ import numpy as np
 from vislam2tag.common import error_statistics
 from vislam2tag.common.findings import Finding, Severity, counted
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.status import Status
 from vislam2tag.labeling.results import (
     ContradictionMark,
@@ -244,13 +245,23 @@ class Problem:
 
 def expected_error(sigma: SigmaStatistics) -> tuple[float, float]:
     """Mean and 95 % quantile, metres, of errors drawn from circular normal distributions with the counted sigmas."""
-    bins = np.array(sorted(sigma.frames))
-    frames = np.array([sigma.frames[index] for index in bins.tolist()], dtype=np.float64)
-    sigma_m = np.array([error_statistics.lower_edge_m(index + 0.5) for index in bins.tolist()])
-    share = frames / frames.sum()
-    mean_m = float(np.sqrt(np.pi / 2) * (share * sigma_m).sum())
+    share, sigma_m = _shares(sigma)
     within = lambda steps: float((share * np.exp(-((steps * STEP_M) ** 2) / (2 * sigma_m**2))).sum()) <= 0.05
-    return mean_m, STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within)
+    p95_m = STEP_M * bisect_left(range(int(10 * sigma_m.max() / STEP_M)), True, key=within)
+    return expected_mean_error(sigma), p95_m
+
+
+def expected_mean_error(sigma: SigmaStatistics) -> float:
+    """Only the mean of them, metres."""
+    share, sigma_m = _shares(sigma)
+    return float(np.sqrt(np.pi / 2) * (share * sigma_m).sum())
+
+
+def _shares(sigma: SigmaStatistics) -> tuple[FloatArray, FloatArray]:
+    """The share of the frames in each bin, and its middle sigma, metres."""
+    bins = np.array(sorted(sigma.frames)).tolist()
+    frames = np.array([sigma.frames[index] for index in bins], dtype=np.float64)
+    return frames / frames.sum(), np.array([error_statistics.lower_edge_m(index + 0.5) for index in bins])
 
 
 def counted_sessions(summary: Summary) -> str:

@@ -3,7 +3,7 @@ import * as api from '../api/client';
 import type { Change, Conflict, Preview } from '../api/model';
 import { t } from '../words/words.svelte';
 import { attempt, data } from './data.svelte';
-import { result } from './result.svelte';
+import { type Kind, result } from './result.svelte';
 import { type Summary, summaryOf } from './summary';
 
 /** A change of the file that this page saved, or took back: the text before it and after it. */
@@ -23,7 +23,7 @@ class Editing {
   past = $state.raw<Step[]>([]);
   future = $state.raw<Step[]>([]);
   /** What someone else changed in the same place, so that a change was not applied. */
-  conflicts = $state.raw<{ kind: 'change' | 'undo' | 'redo'; found: Conflict[] } | null>(null);
+  conflicts = $state.raw<{ kind: Kind; found: Conflict[] } | null>(null);
   /** To be done once what is shown is saved. */
   saved: () => void = () => {};
   private last: Promise<unknown> = Promise.resolve();
@@ -115,7 +115,7 @@ async function takeBack(kind: 'undo' | 'redo', steps: Step[], done: (left: Step[
 }
 
 /** Show conflicts in a dialog of their own. */
-async function noting(kind: 'change' | 'undo' | 'redo', work: () => Promise<void>, conflict: () => void = () => {}): Promise<void> {
+async function noting(kind: Kind, work: () => Promise<void>, conflict: () => void = () => {}): Promise<void> {
   try {
     await work();
   } catch (error) {
@@ -127,7 +127,7 @@ async function noting(kind: 'change' | 'undo' | 'redo', work: () => Promise<void
 }
 
 /** Make labels again, of all walks that need it without `sessions`; how those that are `touched` were `before` is compared with the new ones. */
-async function mapAgain(kind: 'change' | 'undo' | 'redo', sessions: string[] | null, touched: string[], before: Summary): Promise<void> {
+async function mapAgain(kind: Kind, sessions: string[] | null, touched: string[], before: Summary): Promise<void> {
   [data.notice, result.asked] = [t('change.saved'), null];
   const { id } = await api.process(sessions);
   if (touched.length) result.asked = { kind, job: id, ids: touched, before };

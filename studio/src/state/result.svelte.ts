@@ -4,9 +4,12 @@ import { type Summary, summaryOf } from './summary';
 
 const kept = () => `${data.survey?.name} before corrections`;
 
+/** What was done with a correction. */
+export type Kind = 'change' | 'undo' | 'redo';
+
 class Result {
   /** The walks, how they were before, and the job that processes them again. */
-  asked = $state.raw<{ kind: 'change' | 'undo' | 'redo'; job: number; ids: string[]; before: Summary } | null>(null);
+  asked = $state.raw<{ kind: Kind; job: number; ids: string[]; before: Summary } | null>(null);
   private first = $state.raw<Summary | null>(null);
   /** All walks before the first correction of this page, and now. */
   all = $derived.by(() => {

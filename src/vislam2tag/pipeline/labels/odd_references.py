@@ -73,7 +73,7 @@ def _place_by_walks(one: Reference) -> PlaceByWalks | None:
     """Where walks have a landmark whose survey is the outlier."""
     if one.session is not None or one.day is not None or one.place_sigma_m is None:
         return None
-    return PlaceByWalks(x_m=round(one.x_m, 2), y_m=round(one.y_m, 2), sigma_m=one.place_sigma_m)
+    return PlaceByWalks.at(complex(one.x_m, one.y_m), one.place_sigma_m)
 
 
 def _observed_m(one: Reference) -> tuple[float, float] | None:

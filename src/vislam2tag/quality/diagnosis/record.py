@@ -104,6 +104,16 @@ class PlaceByWalks(Record):
     y_m: float
     sigma_m: float
 
+    @classmethod
+    def at(cls, place: complex, sigma_m: float) -> PlaceByWalks:
+        """A place (x + iy) to the centimetre, and its sigma to the millimetre, which is the smallest."""
+        return cls(x_m=round(place.real, 2), y_m=round(place.imag, 2), sigma_m=max(round(sigma_m, 3), 0.001))
+
+    @property
+    def correction(self) -> dict[str, float]:
+        """Values of a ``move_landmark`` entry that puts the landmark there."""
+        return {"x": self.x_m, "y": self.y_m, "sigma_m": self.sigma_m}
+
 
 class Fault(Record):
     """A fault that the data name."""

@@ -238,15 +238,15 @@ class _NewPlace:
         )
 
     @property
-    def sigma_m(self) -> float:
-        """One standard deviation per axis."""
-        return float(np.sqrt(np.trace(self.covariance) / 2))
+    def by_walks(self) -> PlaceByWalks:
+        """The place, as faults and corrections have it."""
+        return PlaceByWalks.at(self.place, float(np.sqrt(np.trace(self.covariance) / 2)))
 
     def where(self, evidence: Evidence) -> str:
         """The place in words."""
         own = evidence.table.place[self.mark]
         room, own_room = (evidence.table.room_at(self.mark.floor, at) for at in (self.place, own))
-        at = f"at ({self.place.real:.2f}, {self.place.imag:.2f}) ± {self.sigma_m:.2f} m, "
+        at = f"at ({self.place.real:.2f}, {self.place.imag:.2f}) ± {self.by_walks.sigma_m:.2f} m, "
         at += f"{abs(self.place - own):.1f} m from its position in the table"
         return (f"in {room}, " if room else "") + at + (f", {own_room}" if own_room not in ("", room) else "")
 
@@ -259,15 +259,12 @@ class _NewPlace:
             summary=summary,
             evidence=misfit_of_passes(evidence, [self.mark]),
             corrections=corrections,
-            by_walks=PlaceByWalks(
-                x_m=round(self.place.real, 2), y_m=round(self.place.imag, 2), sigma_m=round(self.sigma_m, 3)
-            ),
+            by_walks=self.by_walks,
         )
 
     def correction(self, **since: datetime) -> CorrectionEntry:
         """The entry that moves it there."""
-        x, y = round(self.place.real, 2), round(self.place.imag, 2)
-        place = {"x": x, "y": y, "sigma_m": round(self.sigma_m, 3)}
+        place = self.by_walks.correction
         return proposed("move_landmark", id=self.mark.landmark, floor=self.mark.floor, **place, **since)
 
 

@@ -153,9 +153,8 @@ def _turn_by_plan(
         return None
     words = (
         f"{100 * free[best]:.0f} % of the path of {counted(len(laid), 'walk')} is free of the plan's walls with this "
-        "correction, "
+        f"correction, and {100 * free[0]:.0f} % without it"
     )
-    words += f"and {100 * free[0]:.0f} % without it"
     if 0 in walls:
         words = (
             f"the paths of {counted(len(laid), 'walk')} cross {walls[best]} of the plan's walls with this correction, "
