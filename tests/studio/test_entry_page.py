@@ -18,6 +18,13 @@ from tests.views.browser import running_browser
 from vislam2tag.common.addresses import listen
 
 LATEST_MS = 120_000
+NEVER_DONE = """
+const add = EventSource.prototype.addEventListener
+EventSource.prototype.addEventListener = function (name, heard) {
+  add.call(this, name, (event) => name === 'job' && JSON.parse(event.data).state === 'done' || heard(event))
+}
+"""
+"""Hides from the page that a job is done: for the page it runs until the studio ends, however short it is."""
 expect.set_options(timeout=LATEST_MS)
 
 
@@ -37,6 +44,7 @@ def studio_at(port: int, survey: Path) -> Iterator[Server]:
 def new_page(browser: Browser, url: str) -> Page:
     """A page of a browser that knows nothing yet."""
     page = browser.new_context(locale="en").new_page()
+    page.add_init_script(NEVER_DONE)
     page.goto(url)
     return page
 
