@@ -228,7 +228,9 @@ class ExportArguments:
     out: Path = option(..., "Folder to write: new, empty or from an earlier export.")
     split: str | None = option(None, "Split for the training and test files (uji, comford).  [default: official]")
     fold: str | None = option(None, "Fold of the split, if it has several.")
-    survey: Path | None = option(None, "Survey of the labels, for its raw files (gia) or plans (mcap).")
+    survey: Path | None = option(
+        None, "Survey of the labels, for its raw files (gia), plans (mcap) or pictures (colmap, kapture, lamar)."
+    )
     hiding: PrivacyOptions
     keep_formulas: bool = option(
         False,
@@ -247,8 +249,17 @@ def export_command(given: ExportArguments) -> None:
 
     \b
     Formats:
+      colmap    floor_K/cameras.txt, images.txt and points3D.txt of the pictures
+                of the survey, with poses in the building
       comford   COMFORD's intermediate/Samples.csv, RSSI.csv and APs.csv, which
                 the package comford loads
+      csv       plain CSV tables, splits as one table, columns.csv
+      geopackage
+                fingerprints.gpkg: points and readings for GIS, in WGS84 if the
+                floors have a georeference, otherwise in metres
+      geoparquet
+                fingerprints.parquet with points, and readings.parquet, in the
+                same frames
       geojson   fingerprints.geojson: a point for each fingerprint, in WGS84 if
                 the floors have a georeference, otherwise in metres
       gia       giaIndoorLoc's layout: floor_K/DEVICE/SESSION with
@@ -256,6 +267,10 @@ def export_command(given: ExportArguments) -> None:
                 raw files
       hdf5      fingerprints.h5: matrix of RSSI, positions, floors, devices and
                 the parts of every split, for training
+      kapture   floor_K/sensors/ with sensors.txt, trajectories.txt and
+                records_camera.txt of the pictures of the survey
+      lamar     floor_K/sessions/SLUG/ with sensors.txt, trajectories.txt and
+                images.txt of the pictures of the survey
       mcap      SLUG.mcap for each session, for Foxglove: poses, transforms,
                 fixes (if there is a georeference), outline of floors, labelled
                 Wi-Fi and BLE; --survey adds the images of the plans
@@ -266,8 +281,8 @@ def export_command(given: ExportArguments) -> None:
       uji       UJIIndoorLoc's trainingData.csv and validationData.csv: a column
                 for each access point, 100 = not received
 
-    gia, mcap and tum need the output of `process`. The others also accept a data set. Data that a format cannot contain
-    are printed and listed in OUT/export.json. See also docs/reference/exporting.md.
+    colmap, gia, kapture, lamar, mcap and tum need the output of `process`. The others also accept a data set. Data that
+    a format cannot contain are printed and listed in OUT/export.json. See also docs/reference/exporting.md.
 
     Exit code: 0 written, 2 wrong usage or an unusable source, 130 interrupted.
 
@@ -277,6 +292,7 @@ def export_command(given: ExportArguments) -> None:
       vislam2tag export fingerprints --format hdf5 --out matrices \\
           --hash-bssid key.txt --no-ssid
       vislam2tag export labels --format gia --survey survey --out giaIndoorLoc
+      vislam2tag export labels --format colmap --survey survey --out model
     """
     options = api.ExportOptions(
         given.split, given.fold, given.survey, given.hiding.privacy, not given.keep_formulas, given.follow_links

@@ -84,6 +84,7 @@ _EXTRAS = {
     "prepare": ("cv2", "reportlab", "skimage"),
     "receive": ("segno", "starlette", "uvicorn"),
     "positioning": ("safetensors", "sklearn", "tifffile"),
+    "gis": ("pyarrow", "pyogrio"),
     "hdf5": ("h5py",),
     "mcap": ("google", "mcap", "mcap_protobuf"),
     "fleet": ("dask", "distributed", "obstore"),

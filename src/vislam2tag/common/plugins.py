@@ -94,7 +94,12 @@ DATASET_FORMATS = Kind(
     "data set format",
     "vislam2tag.dataset_formats",
     "vislam2tag.datasets.formats",
-    shared={"published_sets": ("tampere", "uji-library", "uts", "wifine")},
+    shared={
+        "csv_tables": ("csv",),
+        "geo_tables": ("geopackage", "geoparquet"),
+        "posed_pictures": ("colmap", "kapture", "lamar"),
+        "published_sets": ("tampere", "uji-library", "uts", "wifine"),
+    },
 )
 MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")
 STUDIO_LAYERS = Kind(

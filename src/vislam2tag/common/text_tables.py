@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Sequence
+from typing import TypeVar
 
 import polars as pl
 
@@ -58,7 +59,10 @@ def latex_escaped(text: str) -> str:
 _BEGINS_A_FORMULA = r"[=+\-@\t\r]"
 
 
-def spreadsheet_escaped(table: pl.DataFrame, *, formulas: bool = True) -> pl.DataFrame:
+_Table = TypeVar("_Table", pl.DataFrame, pl.LazyFrame)
+
+
+def spreadsheet_escaped(table: _Table, *, formulas: bool = True) -> _Table:
     """Put an apostrophe before all texts of a table that a spreadsheet would take for a formula.
 
     ``formulas`` False: they stay as they are.

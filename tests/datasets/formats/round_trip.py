@@ -7,8 +7,10 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
+import geopandas as gpd
 import h5py
 import numpy as np
+import pandas as pd
 import polars as pl
 
 from tests.datasets.factory import small_dataset
@@ -94,6 +96,35 @@ def signatures_of_geojson(folder: Path) -> Counter[Signature]:
         pairs = _levels((bssid, float(np.mean(levels))) for bssid, levels in sums.items())
         found[about["floor"], x, y, about["device"], pairs] += 1
     return found
+
+
+def signatures_of_tables(points: pd.DataFrame, readings: pd.DataFrame) -> Counter[Signature]:
+    """The same of two tables that pandas read; coordinates are those of the points if there are any."""
+    means = readings.dropna(subset="rssi_dbm").groupby(["scan_id", "bssid"])["rssi_dbm"].mean().reset_index()
+    levels: dict[str, list[tuple[str, float]]] = {}
+    for scan_id, bssid, level in zip(means["scan_id"], means["bssid"], means["rssi_dbm"], strict=True):
+        levels.setdefault(scan_id, []).append((bssid, float(np.float32(level))))
+    x, y = (points.geometry.x, points.geometry.y) if "geometry" in points else (points["x"], points["y"])
+    heard = (_levels(levels.get(scan_id, ())) for scan_id in points["scan_id"])
+    return Counter(zip(points["floor"].astype(int), x, y, points["device"], heard, strict=True))
+
+
+def signatures_of_csv(folder: Path) -> Counter[Signature]:
+    """The same of CSV tables, read by pandas alone."""
+    points = pd.read_csv(folder / "fingerprints.csv").dropna(subset=["x", "y", "floor"])
+    return signatures_of_tables(points, pd.read_csv(folder / "readings.csv"))
+
+
+def signatures_of_geoparquet(folder: Path) -> Counter[Signature]:
+    """The same of GeoParquet in metres, read by geopandas and pandas."""
+    points = gpd.read_parquet(folder / "fingerprints.parquet")
+    return signatures_of_tables(points, pd.read_parquet(folder / "readings.parquet"))
+
+
+def signatures_of_geopackage(folder: Path) -> Counter[Signature]:
+    """The same of a GeoPackage in metres, read by geopandas."""
+    file = folder / "fingerprints.gpkg"
+    return signatures_of_tables(*(gpd.read_file(file, layer=layer) for layer in ("fingerprints", "readings")))
 
 
 def odd_dataset() -> Dataset:

@@ -119,9 +119,14 @@ def write_parquet(
             table.write_parquet(path, **options)
 
 
-def write_csv(table: pl.DataFrame, folder: Folder, name: str, *, float_precision: int | None = None) -> None:
-    """Write a CSV file whole; raises as :func:`write_parquet`."""
+def write_csv(
+    table: pl.DataFrame | pl.LazyFrame, folder: Folder, name: str, *, float_precision: int | None = None
+) -> None:
+    """Write a CSV file whole; a lazy table is streamed. Raises as :func:`write_parquet`."""
     with folder.writing(name) as file:
+        if isinstance(table, pl.LazyFrame):
+            table.sink_csv(file, float_precision=float_precision)
+            return
         table.write_csv(file, float_precision=float_precision)
 
 

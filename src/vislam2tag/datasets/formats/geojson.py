@@ -14,6 +14,7 @@ import polars as pl
 
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding, finding_if
+from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.model import Dataset, SessionTables
 from vislam2tag.datasets.schema import FINGERPRINTS, SCHEMAS
@@ -31,7 +32,8 @@ HOLDS = {
     "access_points": ("bssid", "technology", "frequency_mhz"),
     "sessions": ("session", "building", "device", "user"),
 }
-_Floor = tuple[str, int]
+Floor = tuple[str, int]
+"""Building and number of a floor."""
 
 
 def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Finding, ...]:
@@ -40,18 +42,31 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
     Raises DatasetError if no fingerprint has a position.
     """
     fingerprints, findings = labelled_fingerprints(dataset)
-    used = set(fingerprints.select("building", "floor").unique().collect(engine="streaming").rows())
-    known = {(floor.building, floor.number): floor.georeference for floor in dataset.info.floors if floor.georeference}
-    georeferenced = used <= set(known)
+    known, missing = georeferences(dataset, fingerprints, FILE)
     with folder.writing(FILE) as file:
-        file.write(_head(dataset, georeferenced=georeferenced).encode())
+        file.write(_head(dataset, georeferenced=bool(known)).encode())
         separator = ""
         for tables in labelled_by_session(dataset, fingerprints, context.progress):
-            for feature in _features(tables, known if georeferenced else {}):
+            for feature in _features(tables, known):
                 file.write(f"{separator}{feature}".encode())
                 separator = ",\n"
         file.write(b"\n]}\n")
-    return (*findings, *_not_georeferenced(used - set(known)))
+    return (*findings, *missing)
+
+
+def georeferences(
+    dataset: Dataset, fingerprints: pl.LazyFrame, file: str
+) -> tuple[dict[Floor, Georeference], tuple[Finding, ...]]:
+    """The georeference of each floor if all floors of the fingerprints have one, else none and a finding."""
+    used = set(fingerprints.select("building", "floor").unique().collect(engine="streaming").rows())
+    known = {(floor.building, floor.number): floor.georeference for floor in dataset.info.floors if floor.georeference}
+    missing = used - set(known)
+    named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(missing))
+    message = (
+        f"floors without a georeference ({named}): all coordinates are metres in the frame of each floor; add a "
+        "georeference to site.toml, make the data set again with `dataset --survey`, and export again"
+    )
+    return {} if missing else known, finding_if(len(missing), "no_georeference", message, file)
 
 
 def _head(dataset: Dataset, *, georeferenced: bool) -> str:
@@ -61,7 +76,7 @@ def _head(dataset: Dataset, *, georeferenced: bool) -> str:
     return json.dumps(head, ensure_ascii=False)[:-1] + ', "features": [\n'
 
 
-def _features(tables: SessionTables, known: Mapping[_Floor, Georeference]) -> list[str]:
+def _features(tables: SessionTables, known: Mapping[Floor, Georeference]) -> list[str]:
     """Write each fingerprint as a feature with all other columns and its readings as properties."""
     heard = tables.readings.group_by("scan_id", maintain_order=True).agg(readings=pl.struct(READINGS))
     points = tables.fingerprints.drop("readings").join(heard, on="scan_id", how="left", maintain_order="left")
@@ -72,29 +87,19 @@ def _features(tables: SessionTables, known: Mapping[_Floor, Georeference]) -> li
     return [
         f'{{"type": "Feature", "geometry": {{"type": "Point", "coordinates": [{first!r}, {second!r}]}}, '
         f'"properties": {text}}}'
-        for (first, second), text in zip(_coordinates(points, known), texts, strict=True)
+        for (first, second), text in zip(coordinates(points, known).tolist(), texts, strict=True)
     ]
 
 
-def _coordinates(points: pl.DataFrame, known: Mapping[_Floor, Georeference]) -> list[list[float]]:
-    """Longitude and latitude, degrees, or x and y, metres, of each point."""
+def coordinates(points: pl.DataFrame, known: Mapping[Floor, Georeference]) -> FloatArray:
+    """Longitude and latitude, degrees, of each point (n, 2), or its x and y, metres, if nothing is ``known``."""
     position = points.select("x", "y").to_numpy()
     if known:
         floors = points.select("building", "floor").rows()
         for floor in set(floors):
             own = np.array([each == floor for each in floors])
             position[own] = np.round(to_wgs84(position[own], known[floor]), _DECIMALS)
-    coordinates: list[list[float]] = position.tolist()
-    return coordinates
-
-
-def _not_georeferenced(floors: set[_Floor]) -> tuple[Finding, ...]:
-    named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(floors))
-    message = (
-        f"floors without a georeference ({named}): all coordinates are metres in the frame of each floor; add a "
-        "georeference to site.toml, make the data set again with `dataset --survey`, and export again"
-    )
-    return finding_if(len(floors), "no_georeference", message, FILE)
+    return position
 
 
 register(writes=ExportFormat("geojson", HOLDS, write=write))

@@ -39,8 +39,8 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
         write_parquet(table, folder, file, compression="snappy", row_group_size=_ROWS_A_GROUP, metadata=metadata)
         context.progress(name, len(dataset.tables))
     if dataset.splits:
-        write_parquet(_splits_table(dataset.splits), folder, SPLITS_FILE, compression="snappy")
-    write_csv(_columns_table(dataset), folder, COLUMNS_FILE)
+        write_parquet(splits_table(dataset.splits), folder, SPLITS_FILE, compression="snappy")
+    write_csv(columns_table(dataset), folder, COLUMNS_FILE)
     return ()
 
 
@@ -51,12 +51,14 @@ def _metadata(dataset: Dataset) -> dict[str, str]:
     return {_MANIFEST: info.model_dump_json(), _SPLITS: json.dumps(splits)}
 
 
-def _splits_table(splits: Mapping[str, Split]) -> pl.DataFrame:
+def splits_table(splits: Mapping[str, Split]) -> pl.DataFrame:
+    """All splits as one table of text: ``split``, ``id``, ``group``."""
     tables = [split.groups.select(split=pl.lit(name), id="id", group="group") for name, split in splits.items()]
     return pl.concat(tables).cast(pl.String())
 
 
-def _columns_table(dataset: Dataset) -> pl.DataFrame:
+def columns_table(dataset: Dataset) -> pl.DataFrame:
+    """Type and unit of each column of a data set's tables: ``table``, ``column``, ``type``, ``unit``."""
     rows = [
         {"table": name, "column": column, "type": str(kind), "unit": UNITS.get(column)}
         for name in dataset.tables
