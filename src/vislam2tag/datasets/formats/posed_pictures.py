@@ -22,6 +22,7 @@ from shlex import quote
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
+from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import DatasetError, SessionError, UsageError, import_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import plain
@@ -133,7 +134,7 @@ def _nothing(counts: _Counts, sessions: int) -> str:
     if counts.without_pictures == sessions:
         return (
             "none of its sessions has pictures that can be read; apps that record pictures are listed in "
-            "docs/how-to/iphone.md"
+            f"{page_of('how-to/iphone')}"
         )
     if counts.without_pose:
         return (
