@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, TimeoutError
 
 from tests.docs.pages import DOCS
 from tests.docs.test_site import site as site  # the fixture
@@ -50,6 +51,9 @@ def test_no_table_no_code_and_no_page_scrolls_sideways(site: Path, browser: Brow
         page.goto(file.as_uri())
         for name, width in WIDTHS.items():
             page.set_viewport_size({"width": width, "height": 900})
+            if page.evaluate(TOO_WIDE):  # perhaps the page has not taken its new width yet
+                with suppress(TimeoutError):
+                    page.wait_for_function(f"() => ({TOO_WIDE})().length === 0")
             if wide := page.evaluate(TOO_WIDE):
                 found[file.relative_to(site).as_posix(), name] = wide
     assert not found
