@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import geopandas as gpd
+import pandas as pd
 import pytest
 
 from tests.datasets.factory import SCANS, small_dataset
@@ -23,8 +23,6 @@ def read(name: str, dataset: Dataset, folder: Path) -> tuple[gpd.GeoDataFrame, g
     exported(dataset, name, folder)
     if name == "geopackage":
         return tuple(gpd.read_file(folder / "fingerprints.gpkg", layer=each) for each in ("fingerprints", "readings"))
-    import pandas as pd
-
     return gpd.read_parquet(folder / "fingerprints.parquet"), pd.read_parquet(folder / "readings.parquet")
 
 
@@ -62,6 +60,5 @@ def test_what_has_no_position_is_counted_and_none_at_all_refused(name: str, tmp_
 
 
 def test_one_floor_without_georeference_is_reported(tmp_path: Path) -> None:
-    dataset = georeferenced(1)
-    findings = exported(replace(dataset), "geopackage", tmp_path)
+    findings = exported(georeferenced(1), "geopackage", tmp_path)
     assert [each.kind for each in findings][-1] == "no_georeference"

@@ -7,7 +7,9 @@ floor, which the files describe as an engineering CRS, so that no program takes 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from types import ModuleType
 
 import polars as pl
 import shapely
@@ -79,8 +81,7 @@ def write_geopackage(dataset: Dataset, folder: Folder, context: ExportContext) -
     fingerprints, findings = labelled_fingerprints(dataset)
     known, missing = georeferences(dataset, fingerprints, GEOPACKAGE_FILE)
     point = {"geometry_name": GEOMETRY, "geometry_type": "Point", "crs": _crs(known).to_wkt()}
-    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": _WRITTEN})
-    with folder.filling(GEOPACKAGE_FILE) as path:
+    with folder.filling(GEOPACKAGE_FILE) as path, _dated(pyogrio):
         further = False
         for tables in labelled_by_session(dataset, fingerprints, context.progress):
             points = _with_points(tables.fingerprints, known)
@@ -89,6 +90,16 @@ def write_geopackage(dataset: Dataset, folder: Folder, context: ExportContext) -
                 pyogrio.write_arrow(arrow, path, layer=layer, driver="GPKG", append=further, **about)
             further = True
     return (*findings, *missing)
+
+
+@contextmanager
+def _dated(pyogrio: ModuleType) -> Iterator[None]:
+    """Write a fixed date while the block runs; GDAL's setting is that of the whole process."""
+    pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": _WRITTEN})
+    try:
+        yield
+    finally:
+        pyogrio.set_gdal_config_options({"OGR_CURRENT_DATE": None})
 
 
 register(writes=ExportFormat("geoparquet", HOLDS, write=write_geoparquet))
