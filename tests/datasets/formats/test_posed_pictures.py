@@ -173,6 +173,15 @@ def test_what_is_missing_is_said(survey: Path, labels: Path, tmp_path: Path) -> 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(("name", "device"), [("colmap", "my iPad"), ("kapture", "iPad,2"), ("lamar", "iPad,2")])
+def test_names_that_a_layout_would_cut_are_refused(name: str, device: str, tmp_path: Path) -> None:
+    survey = write_survey(tmp_path / "survey")
+    (survey / "floor_2" / "iPad").rename(survey / "floor_2" / device)
+    process(survey, tmp_path / "labels")
+    with pytest.raises(DatasetError, match="the layout separates fields by"):
+        export(tmp_path / "labels", tmp_path / "out", name, ExportOptions(survey=survey))
+
+
 def test_frames_of_a_video_are_named_as_they_can_be_extracted(tmp_path: Path) -> None:
     walk, places = Walk.round_the_room(0.5), {"a": (7.0, 1.0, 1.4), "b": (11.0, 5.0, 1.4)}
     session = tmp_path / "survey" / "floor_0" / "iPhone" / "walk"

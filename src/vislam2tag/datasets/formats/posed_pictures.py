@@ -265,12 +265,13 @@ def _write_lines(folder: Folder, name: str, head: Sequence[str], lines: Iterable
     folder.write(name, "".join(f"{line}\n" for line in (*head, *lines)))
 
 
-def _refuse_commas(walks: Sequence[PosedPictures]) -> None:
-    if wrong := next((name for walk in walks for name in walk.names if "," in name), None):
-        raise DatasetError(f"{wrong}: the layout separates fields by commas; rename this folder or picture")
+def _refuse_names_with(mark: str, word: str, walks: Sequence[PosedPictures]) -> None:
+    if wrong := next((name for walk in walks for name in walk.names if mark in name), None):
+        raise DatasetError(f"{wrong}: the layout separates fields by {word}; rename this folder or picture")
 
 
 def _colmap(folder: Folder, walks: Sequence[PosedPictures]) -> None:
+    _refuse_names_with(" ", "blanks", walks)
     cameras, images = list[str](), list[str]()
     for walk in walks:
         first = len(cameras) + 1
@@ -305,7 +306,7 @@ _IMAGES = "# timestamp, device_id, image_path"
 
 
 def _kapture(folder: Folder, walks: Sequence[PosedPictures]) -> None:
-    _refuse_commas(walks)
+    _refuse_names_with(",", "commas", walks)
     version, sensors = "# kapture format: 1.1", folder.folder("sensors")
     lines = {
         "sensors.txt": (_SENSORS, [line for walk in walks for line in _sensor_lines(walk)]),
@@ -317,7 +318,7 @@ def _kapture(folder: Folder, walks: Sequence[PosedPictures]) -> None:
 
 
 def _lamar(folder: Folder, walks: Sequence[PosedPictures]) -> None:
-    _refuse_commas(walks)
+    _refuse_names_with(",", "commas", walks)
     for walk in walks:
         session = folder.folder(f"sessions/{walk.slug}")
         _write_lines(session, "sensors.txt", [_SENSORS], _sensor_lines(walk))
