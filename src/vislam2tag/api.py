@@ -43,7 +43,7 @@ NAMES_BY_MODULE = {
     "intake.level_scales": "LevelScale",
     "labeling.mapped_walk": "MappedWalk",
     "labeling.results": "SessionResult Summary",
-    "labeling.settings": "LabelRule LabelSettings ProcessSettings",
+    "labeling.settings": "GivenSettings LabelRule LabelSettings ProcessSettings",
     "labeling.tables": "label_readings mark_uncertain",
     "pipeline.datasets.build": "BuildOptions SessionStep build_dataset dataset=build_dataset",
     "pipeline.datasets.figures": "figures=make_dataset_figures",
@@ -71,7 +71,7 @@ NAMES_BY_MODULE = {
     "pipeline.positioning.benchmark": "BenchmarkPlan benchmark public_dataset",
     "pipeline.positioning.locate": "LocatedScans WalkPlan locate",
     "pipeline.positioning.train": "TrainPlan TrainedModel train",
-    "pipeline.run.selection": "ProcessChoices RunChoices Selection",
+    "pipeline.run.selection": "ProcessArguments ProcessChoices RunChoices Selection SurveyRunArguments",
     "pipeline.run.workers": "Executor",
     "pipeline.site.change": "FloorChanges SiteChange site_align=align_floor site_remove=remove_floor "
     "site_renumber=renumber_floor site_set=change_site",

@@ -46,6 +46,7 @@ from vislam2tag.intake.level_scales import LevelScale as LevelScale
 from vislam2tag.labeling.mapped_walk import MappedWalk as MappedWalk
 from vislam2tag.labeling.results import SessionResult as SessionResult
 from vislam2tag.labeling.results import Summary as Summary
+from vislam2tag.labeling.settings import GivenSettings as GivenSettings
 from vislam2tag.labeling.settings import LabelRule as LabelRule
 from vislam2tag.labeling.settings import LabelSettings as LabelSettings
 from vislam2tag.labeling.settings import ProcessSettings as ProcessSettings
@@ -105,9 +106,11 @@ from vislam2tag.pipeline.positioning.locate import locate as locate
 from vislam2tag.pipeline.positioning.train import TrainedModel as TrainedModel
 from vislam2tag.pipeline.positioning.train import TrainPlan as TrainPlan
 from vislam2tag.pipeline.positioning.train import train as train
+from vislam2tag.pipeline.run.selection import ProcessArguments as ProcessArguments
 from vislam2tag.pipeline.run.selection import ProcessChoices as ProcessChoices
 from vislam2tag.pipeline.run.selection import RunChoices as RunChoices
 from vislam2tag.pipeline.run.selection import Selection as Selection
+from vislam2tag.pipeline.run.selection import SurveyRunArguments as SurveyRunArguments
 from vislam2tag.pipeline.run.workers import Executor as Executor
 from vislam2tag.pipeline.site.change import FloorChanges as FloorChanges
 from vislam2tag.pipeline.site.change import SiteChange as SiteChange

@@ -164,7 +164,7 @@ WALK = SessionWalk("floor_1.LG.walk", "main", "LG", "2022-01-14T163530", PhoneMo
 
 
 def made(*rows: dict[str, Any], settings: DatasetSettings | None = None, limit_m: float = 0.5) -> SessionFingerprints:
-    return fingerprints_of(wifi(*rows), "wifi", WALK, settings or DatasetSettings(), limit_m)
+    return fingerprints_of({"wifi": wifi(*rows)}, "wifi", WALK, settings or DatasetSettings(), limit_m)
 
 
 def only(part: SessionFingerprints) -> dict[str, Any]:
@@ -305,5 +305,5 @@ def test_names_are_counted_and_a_session_may_be_empty() -> None:
 
 def test_a_session_of_another_name_has_no_date() -> None:
     walk = SessionWalk("floor_1.LG.walk", "", "LG", "first walk", WALK.motion)
-    part = fingerprints_of(wifi(at(1.0)), "wifi", walk, DatasetSettings(), 0.5)
+    part = fingerprints_of({"wifi": wifi(at(1.0))}, "wifi", walk, DatasetSettings(), 0.5)
     assert part.fingerprints["date"].to_list() == [None]

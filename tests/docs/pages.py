@@ -23,7 +23,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "results/input-mutations.md": lambda: filled("input-mutations"),
 }
 
-TUTORIALS = ("first_steps", "own_walk", "trained_model")
+TUTORIALS = ("first_steps", "own_walk", "pandas_walk", "trained_model")
 
 if __name__ == "__main__":
     for tutorial in TUTORIALS:

@@ -9,7 +9,8 @@ import polars as pl
 import pytest
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.sessions.foreign_tables import TableTimes, read_table, session_tables, table_times, time_findings
+from vislam2tag.intake.foreign_table import read_foreign_table
+from vislam2tag.sessions.foreign_tables import TableTimes, session_tables, table_times, time_findings
 
 
 def table(**columns: list[object]) -> pl.DataFrame:
@@ -122,7 +123,8 @@ def test_times_that_cannot_be_read_are_reported_with_their_line() -> None:
 )
 def test_lines_above_the_header_are_no_part_of_a_table(tmp_path: Path, text: str, line: int) -> None:
     (tmp_path / "t.csv").write_text(text, encoding="utf-8")
-    rows, header_line = read_table(tmp_path / "t.csv")
-    assert header_line == line
+    table = read_foreign_table(tmp_path / "t.csv")
+    rows = table.rows
+    assert table.header_line == line
     assert rows.height == 1
     assert rows.columns[0] in ("time", "MAC", "when")

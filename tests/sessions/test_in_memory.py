@@ -7,7 +7,8 @@ import polars as pl
 import pytest
 
 from vislam2tag.common.errors import UsageError
-from vislam2tag.sessions.in_memory import checked_column, frame_of, landmarks_in_memory, session_in_memory
+from vislam2tag.common.given_tables import frame_of
+from vislam2tag.sessions.in_memory import checked_column, landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.model import SessionKey

@@ -39,7 +39,7 @@ class BenchmarkOptions:
         (), "Split of the data set; repeatable.  [default: official if it exists, else random]"
     )
     seeds: int = option(5, "Number of runs of each model with random numbers.", least=1)
-    technology: Technology = "wifi"
+    technology: Technology = None
     paper: bool = option(False, "Also run the paper's models for this data set, for DS on the splits of its Table IV.")
     dataset: str | None = option(
         None, "Public data set: tampere, ujiindoorloc, utsindoorloc, wifine, uji-library.", metavar="NAME"

@@ -14,7 +14,8 @@ from vislam2tag.cli.records import argument, command, option
 from vislam2tag.cli.tables import or_dash, print_table, red
 from vislam2tag.cli.terminal import answer, print_line, say, visible_console
 from vislam2tag.common.addresses import EVERYWHERE, code_of, listen, url_for
-from vislam2tag.common.errors import OutputError, SurveyError
+from vislam2tag.common.errors import OutputError, SurveyError, UsageError
+from vislam2tag.common.files.whole_output import file_to_write
 from vislam2tag.common.findings import Answer, Finding
 
 if TYPE_CHECKING:
@@ -184,13 +185,15 @@ _COLOURS = {"error": "red", "warning": "yellow", "info": "cyan"}
 def inspect_command(
     *,
     survey: Path = argument("Survey folder (with floor_K/DEVICE/SESSION below)."),
+    columns: Path | None = option(None, "File, a columns.toml, for the columns of the first walk as they were read."),
     json: AsJson = False,
     config: ConfigFile = None,
     use_planned: bool | None = setting("survey.use_planned"),
 ) -> None:
     """List what a survey contains and its problems, without mapping it.
 
-    Lists floors, sessions and all findings, with file, lines and how the program handled each. Nothing is written.
+    Lists floors, sessions and all findings, with file, lines and how the program handled each. Nothing is written,
+    except the file of --columns.
 
     Exit code: 0 nothing is wrong, 1 a finding is an error, or a session cannot be read or mapped, 2 not a survey, 3 all
     sessions are excluded. Warnings do not change the exit code.
@@ -199,12 +202,25 @@ def inspect_command(
     Examples:
       vislam2tag inspect survey
       vislam2tag inspect survey --json > survey.json
+      vislam2tag inspect survey --columns survey/columns.toml
     """
     settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
     with session_bar("sessions") as bar:
         inspection = api.inspect(survey, settings.findings, progress=bar.reach, survey_settings=settings.survey)
+    if columns is not None:
+        _write_columns(columns, inspection)
     nothing = inspection.judgement.answer is Answer.NOT_LOOKED_AT
     answer(inspection, json, lambda: _print(inspection, survey), failed=not inspection.usable, nothing=nothing)
+
+
+def _write_columns(path: Path, inspection: api.Inspection) -> None:
+    found = next((session.columns for session in inspection.sessions if session.columns), None)
+    if found is None:
+        raise UsageError(
+            f"--columns {path}: no walk of the survey has tables with columns of other names; expected one"
+        )
+    with file_to_write(path) as file:
+        file.write(found.encode())
 
 
 def _print(inspection: api.Inspection, survey: Path) -> None:

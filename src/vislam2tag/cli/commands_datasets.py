@@ -64,6 +64,7 @@ class DatasetOptions:
         sets=("dataset.ble_window_s",),
         hidden=True,
     )
+    ble_with_wifi: bool | None = setting("dataset.ble_with_wifi")
     magnetic_window: float | None = option(
         None,
         "Average magnetic readings over windows of this length.  [default: 500ms]",
@@ -88,7 +89,7 @@ class DatasetOptions:
         metavar="METRES",
         least=0.0001,
     )
-    building: tuple[str, ...] = option((), "Building name of a source; repeatable, one for each source.")
+    building: tuple[str, ...] = option((), "Building name of a source; one for each.  [default: as in site.toml]")
     survey: tuple[Path, ...] = option((), "Survey of a source, for its plans; repeatable, in the order of the sources.")
     radios: bool = option(False, "Merge the readings of all networks of one radio.")
     hiding: PrivacyOptions
@@ -117,6 +118,7 @@ def dataset_command(given: DatasetOptions) -> None:
       vislam2tag dataset survey --out fingerprints
       vislam2tag dataset labels --out fingerprints --survey survey \\
           --max-sigma-m 0.3
+      vislam2tag dataset survey --ble-with-wifi --out fingerprints
       vislam2tag dataset main-building annex --building main --building annex \\
           --out campus
     """

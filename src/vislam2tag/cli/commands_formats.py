@@ -83,6 +83,9 @@ class ImportArguments:
         metavar="NUMBER=DBM,NUMBER=DBM",
         parse=scale_of,
     )
+    columns: Path | None = option(
+        None, 'File columns.toml that names the columns of a table of your own, such as x = "ECoord".'
+    )
     describe: Description = None
     max_unpacked_gb: float = option(
         20.0, "Largest unpacked size of an archive, gigabytes (10^9 bytes).", least=0.0, most=1e6, hidden=True
@@ -101,6 +104,8 @@ def import_command(given: ImportArguments) -> None:
     Formats, detected from names and first lines unless you pass --format:
       comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
                      APs.csv
+      dungeon-assistant
+                     DungeonAssistant: dataset.csv, or its folder or archive
       getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
                      folder or archive of them; Wi-Fi and BLE between POSI marks,
                      in metres east and north of --origin
@@ -111,10 +116,19 @@ def import_command(given: ImportArguments) -> None:
                      SITE/FLOOR/path_data_files/*.txt, floor_info.json and
                      floor_image.png; Wi-Fi and BLE between waypoints
       parquet        plain Parquet tables from export (folder or archive)
+      table          a table of your own, wide or long (.csv, .parquet, .xlsx),
+                     or a folder of them; --columns names its columns
+      sodindoorloc   SODIndoorLoc (Bi et al. 2022): folder or archive with
+                     Training_CETC331.csv, Training_HCXY_AP_30.csv, ... and
+                     the tests; with split
       tampere        Tampere University's quartet (Lohan et al. 2017): folder or
                      archive with Training_rss_DATE.csv,
                      Training_coordinates_DATE.csv, Training_device_DATE.csv,
                      Training_date_DATE.csv and the same of Test_; with split
+      trn-tst        NAME_trnrss.csv, NAME_trncrd.csv and the same of tst, as
+                     DSI, LIB, MINT and TUT are published; with split
+      tuji1          TUJI1: folder or archive with RSS_training.csv,
+                     Coordinates_training.csv and the same of testing
       uji            UJIIndoorLoc: folder, archive or one of trainingData.csv,
                      validationData.csv; with split, and the tables of names
                      from export
@@ -154,6 +168,7 @@ def import_command(given: ImportArguments) -> None:
         given.follow_links,
         given.not_heard,
         None if given.levels is None else api.LevelScale(*given.levels),
+        given.columns,
     )
     with interrupted_with(f"no data set was written to {given.out}"), session_bar("files") as bar:
         dataset = api.import_format(given.path, given.out, options, progress=bar.count)

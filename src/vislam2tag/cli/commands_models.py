@@ -39,7 +39,7 @@ class TrainOptions:
     split: str | None = option(None, "Train on the training part of this split only.")
     fold: str | None = option(None, "Fold of the split, if it has several.")
     seed: int | None = option(None, "Seed of random numbers.", least=0)
-    technology: Technology = "wifi"
+    technology: Technology = None
     onnx: Path | None = option(None, "Also write the model as ONNX (networks and cell-density).", metavar="FILE")
     update: Path | None = option(None, "Model to update with DS, a later survey of the building.", metavar="MODEL")
     json: AsJson = False
@@ -114,7 +114,8 @@ def _print_train(trained: api.TrainedModel, out: Path, seconds: float) -> None:
     floors = len(model.storeys_)
     say(
         f"{trained.saved.name}: learned {origin.scans} fingerprints of {origin.dataset} ({origin.part}), "
-        f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, in {seconds:.1f} s"
+        f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, {origin.technology}, "
+        f"in {seconds:.1f} s"
     )
     if trained.update is not None:
         changes = ", ".join(f"{what}: {count}" for what, count in _changes(trained.update).items())
@@ -173,7 +174,7 @@ class LocateOptions:
     """Arguments and options of ``vislam2tag locate``."""
 
     model: Path = argument("Model file (see vislam2tag train).")
-    scans: Path | None = argument("Scans: CSV, JSON lines, or a data set.", None, metavar="[SCANS]")
+    scans: Path | None = argument("Scans: CSV, JSON lines, a data set or a recording.", None, metavar="[SCANS]")
     out: Path | None = option(None, "Output file.  [default: standard output]", metavar="FILE")
     hash_bssid: Path | None = option(
         None, "Key to hash the BSSIDs of the scans, if the data set of the model was hashed.", metavar="KEYFILE"
@@ -193,11 +194,13 @@ def locate_command(given: LocateOptions) -> None:
     """Estimate where scans were taken, with a model from `vislam2tag train`.
 
     SCANS is a CSV file (scan_id, bssid, rssi_dbm; one reading per line, the readings of a scan together), JSON lines
-    with the same names (.jsonl, .ndjson, .json), or a data set. Each scan gets a line with scan_id, status, building,
-    floor, x, y, z, the radii that contain 68 % and 95 % of the errors, and the probability of the floor. The suffix of
-    FILE (or of SCANS, without --out) decides between CSV and JSON lines. A scan without any known access point is
-    `unknown`. A scan that is `unlike` all training data has a position, but its radii are not reliable. Unusable lines
-    are counted and skipped.
+    with the same names (.jsonl, .ndjson, .json), or a data set. It can also be a recording: a session folder, or a
+    Wi-Fi table of an app with times, addresses and levels. The poses of a session are used as with --track.
+
+    Each scan gets a line with scan_id, status, building, floor, x, y, z, the radii that contain 68 % and 95 % of the
+    errors, and the probability of the floor. The suffix of FILE (or of SCANS, without --out) decides between CSV and
+    JSON lines. A scan without any known access point is `unknown`. A scan that is `unlike` all training data has a
+    position, but its radii are not reliable. Unusable lines are counted and skipped.
 
     Scans of a walk can be used together. `smoother` uses the whole walk, `filter` only the past, as during a walk. Both
     need the columns session and time_ns. With --track the motion of the phone is used too: a CSV (session, time_ns, x,
@@ -215,6 +218,8 @@ def locate_command(given: LocateOptions) -> None:
       vislam2tag locate building.v2t scans.csv --out positions.csv
       vislam2tag locate building.v2t scans.jsonl
       vislam2tag locate building.v2t fingerprints --out positions.jsonl
+      vislam2tag locate building.v2t survey/floor_0/Pixel/2022-03-01T10:00:00
+      vislam2tag locate building.v2t wifi.csv --out positions.csv
       vislam2tag locate building.v2t walks.csv --sequence filter \\
           --out positions.csv
       vislam2tag locate building.v2t walks.csv --track tracker.csv \\
@@ -296,14 +301,13 @@ def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
         say(f"nothing could be located: {found.judgement.why}", err=err)
     if found.unlike:
         say(f"{found.unlike} of them are unlike all training data, so their radii are not reliable", err=err)
+    _print_missing(found, err=err)
     if found.in_walks:
         say(
             f"scans used together with others of their walk: {found.in_walks}, {found.tracked} of them with a track",
             err=err,
         )
-    for finding in found.findings:
-        lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
-        say(f"{finding.kind}: {finding.count} (lines {lines}): {finding.message}", err=err)
+    _print_findings(found, err=err)
     if found.advice is not None:
         say(found.advice, err=err)
     if given.out is not None:
@@ -314,3 +318,20 @@ def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
         say(f"use a model of the building of the scans; {given.model} knows other access points", err=err)
     else:
         say("correct the lines above; expected columns: scan_id, bssid, rssi_dbm (negative dBm)", err=err)
+
+
+def _print_missing(found: api.LocatedScans, *, err: bool) -> None:
+    for count, missing in ((found.without_wifi, "Wi-Fi access point"), (found.without_ble, "BLE beacon")):
+        if count:
+            say(
+                f"{counted(count, 'scan')} without a known {missing}: the model was trained on Wi-Fi and BLE together, "
+                "so expect larger errors there",
+                err=err,
+            )
+
+
+def _print_findings(found: api.LocatedScans, *, err: bool) -> None:
+    for finding in found.findings:
+        lines = ", ".join(map(str, finding.lines)) + (", ..." if finding.count > len(finding.lines) else "")
+        where = f" (lines {lines})" if finding.lines else ""
+        say(f"{finding.kind}: {finding.count}{where}: {finding.message}", err=err)

@@ -24,7 +24,6 @@ from vislam2tag.cli.options import (
     SurveyFolder,
     setting,
     settings_from,
-    settings_of,
 )
 from vislam2tag.cli.progress import contents_there, interrupted_with, labels_there, session_bar
 from vislam2tag.cli.records import argument, command, option
@@ -41,6 +40,9 @@ if TYPE_CHECKING:
 
 
 DEFAULT_STRATEGY = Settings().strategy
+STRATEGY_HELP = (
+    f"Mapping strategy: {', '.join(STRATEGIES.names())}, or NAME.py:CLASS for your own.  [default: {DEFAULT_STRATEGY}]"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +54,7 @@ class ProcessOptions:
     landmarks: LandmarkFile = None
     strategy: str | None = option(
         None,
-        f"Mapping strategy: {', '.join(STRATEGIES.names())}.  [default: {DEFAULT_STRATEGY}]",
+        STRATEGY_HELP,
         sets=("strategy",),
     )
     sessions: SessionOptions
@@ -93,6 +95,7 @@ def process_command(given: ProcessOptions) -> None:
       vislam2tag process survey --out labels --max-sigma-m 0.3 \\
           --landmarks completed.csv
       vislam2tag process survey --out labels --together
+      vislam2tag process survey --out labels --strategy NAME.py:CLASS
       vislam2tag process survey --out labels --dry-run
       vislam2tag process s3://walks/hospital --out s3://labels/hospital \\
           --executor dask --scheduler tcp://10.0.0.5:8786
@@ -246,18 +249,23 @@ _PARTS = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class RunOptions:
+    """Arguments and options of ``vislam2tag run``."""
+
+    survey: SurveyFolder
+    out: Path = option(..., "Output folder: new, empty or from an earlier run.")
+    landmarks: LandmarkFile = None
+    strategy: str | None = option(None, STRATEGY_HELP, sets=("strategy",))
+    follow_links: FollowLinks = False
+    jobs: Jobs = ALL_CORES
+    json: AsJson = False
+    config: ConfigFile = None
+    use_planned: bool | None = setting("survey.use_planned")
+
+
 @command
-def run_command(
-    *,
-    survey: SurveyFolder,
-    out: Path = option(..., "Output folder: new, empty or from an earlier run."),
-    landmarks: LandmarkFile = None,
-    follow_links: FollowLinks = False,
-    jobs: Jobs = ALL_CORES,
-    json: AsJson = False,
-    config: ConfigFile = None,
-    use_planned: bool | None = setting("survey.use_planned"),
-) -> None:
+def run_command(given: RunOptions) -> None:
     """Label a survey, check the labels and build a data set, with one page that links everything.
 
     Writes OUT/labels (see process), OUT/diagnosis.json and OUT/conflicts.html (see diagnose), OUT/check (see check),
@@ -271,23 +279,24 @@ def run_command(
     Examples:
       vislam2tag run survey --out out
       vislam2tag run survey --out out --config settings.toml
+      vislam2tag run survey --out out --strategy NAME.py:CLASS
     """
-    settings = settings_of(config, {"survey.use_planned": use_planned}, survey)
-    with interrupted_with(lambda: contents_there(out, _PARTS)), session_bar("sessions") as bar:
+    settings = settings_from(given, given.survey)
+    with interrupted_with(lambda: contents_there(given.out, _PARTS)), session_bar("sessions") as bar:
         made = api.run_survey(
-            survey,
-            out,
+            given.survey,
+            given.out,
             settings,
-            landmarks=landmarks,
-            follow_links=follow_links,
-            jobs=jobs,
+            landmarks=given.landmarks,
+            follow_links=given.follow_links,
+            jobs=given.jobs,
             progress=lambda step, total: bar.step(f"sessions: {step[0]}", total, step[1]),
             tell=print_warnings,
         )
     answer(
         made,
-        json,
-        lambda: _print_run(made, survey, out),
+        given.json,
+        lambda: _print_run(made, given.survey, given.out),
         failed=made.labels.problem is not None,
         nothing=not made.labels.frames_placed,
     )

@@ -158,7 +158,10 @@ Description: TypeAlias = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="A dataset.toml with title, creators and licence."),
 ]
-Technology: TypeAlias = Annotated[str, typer.Option(help="Radio technology of the fingerprints.")]
+Technology: TypeAlias = Annotated[
+    str | None,
+    typer.Option(help="Fingerprints to use: wifi, ble or wifi+ble.  [default: wifi, else what the data set contains]"),
+]
 
 
 def format_help(otherwise: str = "") -> str:

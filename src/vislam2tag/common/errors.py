@@ -79,6 +79,7 @@ _TABLE_ERRORS = {
 """Beginnings of errors of Polars, and what they mean for a file."""
 _EXTRAS = {
     "tables": ("openpyxl",),
+    "pandas": ("pandas", "pyarrow"),
     "plans": ("ezdxf", "pypdfium2", "resvg_py"),
     "ifc": ("ifcopenshell",),
     "prepare": ("cv2", "reportlab", "skimage"),

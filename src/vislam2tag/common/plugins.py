@@ -8,21 +8,24 @@ is imported.
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import logging
 import multiprocessing
 import pkgutil
 import sys
+import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import find_spec
+from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import Generic, TypeVar
 
 from vislam2tag.common.errors import UsageError, first_line
+from vislam2tag.common.files.given_files import read_bytes
 
 Item = TypeVar("Item")
 _log = logging.getLogger("vislam2tag-plugins")  # not below "vislam2tag", whose records go to the log of an output
@@ -40,6 +43,8 @@ class Kind:
     """That the built-in modules lie in, by its full name."""
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """What a module adds, by the module's name, if that is not one thing called like the module."""
+    of_files: bool = False
+    """Whether ``NAME.py:CLASS`` names one of a user's file."""
 
     @cached_property
     def built_in(self) -> dict[str, str]:
@@ -78,6 +83,7 @@ STRATEGIES = Kind(
     "mapping strategy",
     "vislam2tag.strategies",
     "vislam2tag.estimation.strategies",
+    of_files=True,
     shared={"global_": ("global", "global-affine"), "local": ("local", "local-corrected")},
 )
 SESSION_FORMATS = Kind(
@@ -98,7 +104,9 @@ DATASET_FORMATS = Kind(
         "csv_tables": ("csv",),
         "geo_tables": ("geopackage", "geoparquet"),
         "posed_pictures": ("colmap", "kapture", "lamar"),
-        "published_sets": ("tampere", "uji-library", "uts", "wifine"),
+        "published_sets": (
+            *("dungeon-assistant", "sodindoorloc", "tampere", "trn-tst", "tuji1", "uji-library", "uts", "wifine"),
+        ),
     },
 )
 MODELS = Kind("positioning model", "vislam2tag.models", "vislam2tag.positioning.models")
@@ -139,14 +147,35 @@ class Registry(Generic[Item]):
 
         Raises UsageError where nothing has, and where an installed package that offers it cannot be loaded.
         """
+        if self._kind.of_files and ".py:" in name:
+            return self._from_file(name)
         if name not in self._items:
             if name in self._kind.built_in:
                 importlib.import_module(self._kind.built_in[name])
             elif name in self._kind.installed:
                 self._load(self._kind.installed[name])
             else:
-                raise UsageError(f"there is no {self._kind.words} '{name}'; available are: {', '.join(self.names())}")
+                own = ", or NAME.py:CLASS for your own" if self._kind.of_files else ""
+                raise UsageError(
+                    f"there is no {self._kind.words} '{name}'; available are: {', '.join(self.names())}{own}"
+                )
         return self._items[name]
+
+    def replace(self, name: str, item: Item) -> None:
+        """Make something known by name, also a second time, as a cell of a notebook does when it is run again."""
+        self._items[name] = item
+
+    def _from_file(self, name: str) -> Item:
+        """Load what a file of the user calls NAME, for ``NAME.py:CLASS``; read again whenever the file has changed."""
+        file, _, wanted = name.rpartition(":")
+        module = _module_of_file(Path(file), f"{self._kind.words} {name}")
+        item: Item | None = getattr(module, wanted, None)
+        if item is None:
+            there = [
+                each for each, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__
+            ]
+            raise UsageError(f"{file}: it does not define '{wanted}'; it defines: {', '.join(there) or 'nothing'}")
+        return item
 
     def all(self) -> Mapping[str, Item]:
         """Everything by name, in order; what cannot be loaded of other packages is left out with one warning."""
@@ -175,6 +204,43 @@ class Registry(Generic[Item]):
                 f"({said}); update or uninstall that package"
             )
         raise self._unusable[entry.name]
+
+
+def _module_of_file(path: Path, what: str) -> ModuleType:
+    """Run a file as a module, whose name depends on the content; raises UsageError if that fails."""
+    try:
+        content = read_bytes(path)
+    except OSError as error:
+        raise UsageError(f"{what}: {path} cannot be read ({error.strerror}); correct the path") from error
+    name = f"{path.stem}_{hashlib.sha256(content).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = spec_from_file_location(name, path.resolve())
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules[name] = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # whatever a user's file raises
+        del sys.modules[name]
+        raise UsageError(f"{what}: {where_it_failed(path.name, str(path.resolve()), error)}") from error
+    return module
+
+
+def called_of_user(name: str) -> str:
+    """What a strategy of the user is called in a message: "the strategy MyStrategy of my.py"."""
+    file, _, own = name.rpartition(":")
+    return f"the strategy {own} of {Path(file).name}" if file else f"the strategy {own}"
+
+
+def where_it_failed(what: str, file: str, error: Exception) -> str:
+    """Say that code of the user failed, and at which line of its file."""
+    if isinstance(error, SyntaxError):
+        lines = [error.lineno]
+    else:
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    line = f" at line {lines[-1]}" if lines else ""
+    return f"{what} failed{line}: {type(error).__name__}: {first_line(error)} (this is your code)"
 
 
 def _package_of(entry: EntryPoint) -> str:

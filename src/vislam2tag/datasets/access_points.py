@@ -172,11 +172,12 @@ def access_point_table(fingerprints: pl.LazyFrame, readings: pl.LazyFrame, names
         .join(total["floors"].group_by("bssid").agg(floors=pl.col("floor").sort()), on="bssid", how="left")
         .join(_median_frequency(total["channels"]), on="bssid", how="left")
         .join(_names(names), on="bssid", how="left")
+        .join(names.group_by("bssid").agg(own=pl.col("technology").min()), on="bssid", how="left")
         .join(_wandering(total["strong"]), on="bssid", how="left")
         .join(radios(total["heard"]["bssid"], total["differences"]), on="bssid", how="left")
-        .with_columns(pl.col("floors").fill_null([]))
+        .with_columns(pl.col("floors").fill_null([]), technology=pl.coalesce("own", "technology"))
     )
-    return in_schema(ACCESS_POINTS, table.with_columns(**_flags()).drop("phone_name", "far").sort("bssid"))
+    return in_schema(ACCESS_POINTS, table.with_columns(**_flags()).drop("phone_name", "far", "own").sort("bssid"))
 
 
 def _tally(tables: SessionTables) -> dict[str, pl.DataFrame]:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import polars as pl
@@ -22,10 +23,12 @@ from scipy.stats import false_discovery_control, norm
 
 from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.place_sums import PLACE, SURVEYS, PlaceSums, place_sums
 from vislam2tag.datasets.settings import CHANGE_CELL_M
+from vislam2tag.datasets.technologies import parts_of
 
 FALSE_SHARE = 0.05
 LEAST_PLACES = 3
@@ -90,7 +93,7 @@ def _names(base: Dataset, later: Dataset, technology: str) -> pl.DataFrame:
     columns = ("bssid", "technology", "ssid", "mobile")
     both = pl.concat([dataset.access_points.select(columns) for dataset in (base, later)]).collect()
     return (
-        both.filter(pl.col("technology") == technology)
+        both.filter(pl.col("technology").is_in((technology, *parts_of(technology))))
         .group_by("bssid")
         .agg(pl.col("ssid").drop_nulls().last(), pl.col("mobile").fill_null(False).any())
         .sort("bssid")
@@ -333,8 +336,10 @@ class TechnologyChanges(Record):
     changed: tuple[ChangedPoint, ...]
 
 
-class SurveyChanges(Record):
+class SurveyChanges(Result):
     """Changes between a data set and a later survey of the same building."""
+
+    main_table: ClassVar[str] = "technologies"
 
     base: str
     later: str

@@ -9,6 +9,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import polars as pl
 
@@ -18,8 +19,9 @@ from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.datasets.annotated_tables import ANNOTATED_FILES, WIFI_FILE, read_annotated
-from vislam2tag.datasets.folder import is_dataset, open_dataset
+from vislam2tag.datasets.folder import dataset_in, is_dataset, open_dataset
 from vislam2tag.datasets.label_comparison import LabelComparison, compare_outputs
 from vislam2tag.datasets.model import Dataset, one_session
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS, KEYS, MAGNETIC, READINGS, RTT, SESSIONS
@@ -194,7 +196,7 @@ class ComparedFolder:
 
 def comparable(folder: Path) -> ComparedFolder:
     """List the tables of a folder; raises UsageError if it contains nothing that can be compared."""
-    if is_dataset(folder):
+    if is_dataset(dataset_in(folder)):
         return _of_dataset(open_dataset(folder))
     if _is_output(folder):
         return ComparedFolder(LABELS, dict(_of_output(folder)))
@@ -261,8 +263,10 @@ def _of_annotated(folder: Path) -> Iterator[tuple[tuple[str, str], ComparedTable
             yield (session, path.name), (keys, lambda path=path: read_annotated(path))  # type: ignore[misc]
 
 
-class Comparison(Record):
+class Comparison(Result):
     """Differences between two folders."""
+
+    main_table: ClassVar[str] = "differences"
 
     kind: str
     tolerance: float

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
+from typing import ClassVar
 
 import numpy as np
 import polars as pl
@@ -22,6 +23,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.cell_grid import CellGrid, WalkableArea, around_most
 from vislam2tag.core.status import Status
@@ -351,8 +353,10 @@ class FloorCoverageRecord(Record):
     walks: list[WalkRecord]
 
 
-class CoverageRecord(Record):
+class CoverageRecord(Result):
     """Coverage of all floors."""
+
+    main_table: ClassVar[str] = "floors"
 
     settings: CoverageSettings
     technology: str

@@ -141,8 +141,12 @@ class FingerprintTables:
     """Pattern of the access points' columns; None: files have no header and contain only levels."""
     access_point_name: str = "{}"
     """Format of an access point's name from its column."""
+    access_points_of: str = ""
+    """Group of ``files`` whose access points have the same columns, such as a building; their names begin with it."""
     needed: tuple[str, ...] = ()
     """Columns with the position of a fingerprint."""
+    times: frozenset[str] = frozenset()
+    """Columns of times: if a spreadsheet rounded them, they are not used, and this is reported."""
     gaps_allowed: bool = False
     """Whether the needed columns may be empty in some rows, which then have no position."""
     companions: Mapping[str, Mapping[str, pl.DataType]] = field(default_factory=dict)
@@ -158,7 +162,7 @@ class FingerprintTables:
     lone_part: bool = True
     """Whether a training or test set alone makes a split."""
     recognised_by: re.Pattern[str] | None = None
-    """Pattern of ``FOLDER/NAME`` of a file of the data set; None: its name is enough."""
+    """Pattern of ``FOLDER/NAME`` of a file of the data set (FOLDER may be the archive); None: its name is enough."""
     by_header: bool = False
     """Whether a CSV file of any name is recognised by its columns."""
     checks: tuple[RowCheck, ...] = ()
@@ -173,7 +177,9 @@ class FingerprintTables:
             return is_wide(path, frozenset(self.columns))
         roles = set()
         for name in names_in(path):
-            known = self.recognised_by is None or self.recognised_by.fullmatch(f"{name.parent.name}/{name.name}")
+            known = self.recognised_by is None or self.recognised_by.fullmatch(
+                f"{name.parent.name or path.name}/{name.name}"
+            )
             if known and (found := self.files.fullmatch(name.name)):
                 roles.add(_group(found, "role", LEVELS))
         return {LEVELS, *list(self.companions)[:1]} <= roles
@@ -191,19 +197,24 @@ class FingerprintTables:
             table = self._levels(each.files[LEVELS], context)
             own = self._described(each, table.rows)
             rows.append(own.with_columns(pl.col("row") + first_row))
-            heard.append(table.heard.with_columns(pl.col("row") + first_row))
+            heard.append(table.heard.with_columns(pl.col("row") + first_row, self._names(each)))
             findings += [*table.findings, *self._odd_rows(each, own)]
             first_row += own.height
             context.progress(each.walk, len(walks))
-        names = pl.format(self.access_point_name, "bssid").alias("bssid")
-        points = PointFingerprints(pl.concat(rows), pl.concat(heard).with_columns(names))
+        points = PointFingerprints(pl.concat(rows), pl.concat(heard))
         inputs = {self._input(each, file): sha256_of(file) for each in walks for file in each.files.values()}
         return SetContent(points, inputs, tuple(pooled(findings) if len(walks) > _MOST_FILES_NAMED else findings))
+
+    def _names(self, each: WalkFiles) -> pl.Expr:
+        """Names of the access points from their columns."""
+        owner = self.files.fullmatch(each.files[LEVELS].name) if self.access_points_of else None
+        before = f"{owner[self.access_points_of]} " if owner else ""
+        return pl.format(before + self.access_point_name, "bssid").alias("bssid")
 
     def content(self, found: SetContent) -> SetContent:
         """Convert the files' own columns to those of :class:`PointFingerprints`."""
         rows = found.points.rows.select("row", **self.fields)
-        if not self.lone_part and rows["part"].n_unique() < 2:
+        if not self.lone_part and rows["part"].drop_nulls().n_unique() < 2:
             rows = rows.with_columns(part=pl.lit(None, pl.String))
         return SetContent(PointFingerprints(rows, found.points.heard), found.inputs, found.findings)
 
@@ -243,7 +254,7 @@ class FingerprintTables:
         def is_access_point(name: str) -> bool:
             return names.fullmatch(name) is not None or (self.access_point_name == "{}" and is_address(name))
 
-        table = _with_addresses(file.name, read_wide(file, self.columns, is_access_point, rules))
+        table = _with_addresses(file.name, read_wide(file, self.columns, is_access_point, rules, self.times))
         for name in self.needed:
             empty = table.rows[name].is_null()
             if empty.all() and self.gaps_allowed:

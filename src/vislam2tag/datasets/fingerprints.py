@@ -27,13 +27,12 @@ from vislam2tag.core.status import STATUS_LABELS
 from vislam2tag.datasets.access_points import NO_NAMES, access_point_table
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS, SCHEMAS, empty_table, in_schema
 from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.technologies import BLE, WIFI
 from vislam2tag.labeling.tables import STATUS_TYPE
 from vislam2tag.sessions.foreign_tables import FIRST_UNIX_S
 from vislam2tag.site.corrections.file import session_start
 
-WIFI = "wifi"
-"""The technology whose table ``process`` always writes."""
-TECHNOLOGIES = ("ble", WIFI)
+TECHNOLOGIES = (BLE, WIFI)
 """Tables in the output of ``process`` that become fingerprints."""
 LEAST_SIGMA_M = 1e-3
 """Smallest sigma of a position, which keeps weights finite."""
@@ -216,19 +215,20 @@ class SessionFingerprints:
 
 
 def fingerprints_of(
-    rows: pl.DataFrame, technology: str, walk: SessionWalk, settings: DatasetSettings, max_sigma_m: float
+    rows: Mapping[str, pl.DataFrame],
+    technology: str,
+    walk: SessionWalk,
+    settings: DatasetSettings,
+    max_sigma_m: float,
 ) -> SessionFingerprints:
-    """Make the fingerprints of a session's labelled readings (:func:`radio_rows`).
+    """Make the fingerprints of a session's labelled readings by technology (:func:`radio_rows`).
 
     Repeated readings (``duplicate``) and those without a level are skipped and counted. A fingerprint's position is the
     weighted mean of its readings' positions (:func:`mean_position`). Readings more than ``settings.scan_length_s``
     older than the newest of their scan are cached results. They keep their own position, and the scan's position,
     spread and times are those of the other readings.
     """
-    window_s = settings.window_of(technology)
-    heard, findings = _heard(rows, technology)
-    grouped = _by_scan(heard, settings.scan_length_s) if window_s is None else _by_window(heard, window_s)
-    grouped = grouped.sort("number", "time_ns", "row", maintain_order=True)
+    grouped, findings = grouped_readings(rows, settings)
     table = _summarised(grouped)
     table = table.sort("start_ns", "number").with_columns(scan_id=_scan_id(walk.session, technology))
     grouped = table.select("number", "scan_id", pl.int_range(pl.len()).alias("place")).join(grouped, on="number")
@@ -238,9 +238,33 @@ def fingerprints_of(
     return SessionFingerprints(
         in_schema(FINGERPRINTS, _finished(table, technology, walk, max_sigma_m)),
         in_schema(READINGS, readings),
-        _names(heard, technology),
+        _names(grouped),
         (*findings, *_group_findings(table, grouped, settings.scan_length_s)),
     )
+
+
+def grouped_readings(
+    rows: Mapping[str, pl.DataFrame], settings: DatasetSettings
+) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
+    """Number the separate readings of a session by scan or window; ``rows`` (:func:`radio_rows`) by technology.
+
+    Sorted by ``number`` and time. ``current``: not a cached result; ``technology``: that of the reading. Wi-Fi readings
+    of several technologies are numbered by scan, with the BLE readings around each scan.
+    """
+    heard = {name: _heard(table, name) for name, table in rows.items()}
+    kept = {name: table.with_columns(technology=pl.lit(name)) for name, (table, _) in heard.items()}
+    findings = [finding for _, found in heard.values() for finding in found]
+    window_s = settings.window_of(WIFI if WIFI in kept else BLE)
+    if window_s is not None:
+        grouped = _by_window(pl.concat(kept.values(), how="diagonal"), window_s)
+    else:
+        grouped = _by_scan(kept[WIFI], settings.scan_length_s)
+        if BLE in kept:
+            beside = _beside(kept[BLE], grouped, settings.ble_window_s)
+            grouped = pl.concat([grouped, beside], how="diagonal")
+            far = f"ble: readings are more than {settings.ble_window_s / 2:g} s from every Wi-Fi scan and are left out"
+            findings += finding_if(kept[BLE].height - beside.height, "readings_beside_no_scan", far)
+    return grouped.sort("number", "time_ns", "row", maintain_order=True), tuple(findings)
 
 
 def _heard(rows: pl.DataFrame, technology: str) -> tuple[pl.DataFrame, tuple[Finding, ...]]:
@@ -261,6 +285,26 @@ def _by_scan(heard: pl.DataFrame, scan_length_s: float) -> pl.DataFrame:
     newest = pl.col("time_ns").max().over("scan")
     return heard.with_columns(
         number=pl.col("scan").cast(pl.Int64), current=pl.col("time_ns") >= newest - round(scan_length_s * 1e9)
+    )
+
+
+def _beside(beacons: pl.DataFrame, scans: pl.DataFrame, window_s: float) -> pl.DataFrame:
+    """Number BLE readings by the scan of the Wi-Fi reading nearest in time, if they are within its span.
+
+    A span reaches from half a window before the first current reading of the scan to half a window after the last.
+    """
+    half_ns = round(window_s * 1e9 / 2)
+    current = scans.filter("current").select("time_ns", "number").sort("time_ns")
+    spans = current.group_by("number").agg(
+        first=pl.col("time_ns").min() - half_ns, last=pl.col("time_ns").max() + half_ns
+    )
+    return (
+        beacons.sort("time_ns", maintain_order=True)
+        .join_asof(current, on="time_ns", strategy="nearest")
+        .join(spans, on="number", maintain_order="left")
+        .filter(pl.col("time_ns").is_between("first", "last"))
+        .drop("first", "last")
+        .with_columns(current=pl.lit(value=True))
     )
 
 
@@ -320,9 +364,9 @@ def _scan_id(session: str, technology: str) -> pl.Expr:
     return pl.concat_str(pl.lit(f"{session}/{technology}/"), pl.col("number").cast(pl.String).str.zfill(6))
 
 
-def _names(heard: pl.DataFrame, technology: str) -> pl.DataFrame:
-    counted = heard.group_by("bssid", "ssid").agg(count=pl.len().cast(pl.Int64)).sort("bssid", "ssid")
-    return counted.select("bssid", pl.lit(technology).alias("technology"), "ssid", "count")
+def _names(heard: pl.DataFrame) -> pl.DataFrame:
+    named = ("bssid", "technology", "ssid")
+    return heard.group_by(named).agg(count=pl.len().cast(pl.Int64)).sort(named).select(*named, "count")
 
 
 def _group_findings(table: pl.DataFrame, grouped: pl.DataFrame, scan_length_s: float) -> tuple[Finding, ...]:

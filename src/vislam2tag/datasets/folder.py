@@ -60,7 +60,7 @@ def with_rules(dataset: Dataset) -> Dataset:
     tables = {**dataset.tables, READINGS: kept, FINGERPRINTS: counted_without(dataset.fingerprints, gone)}
     if RTT in dataset.tables:
         tables[RTT] = _named(dataset.tables[RTT], names).filter(~masked)
-    counts = known.with_columns(pl.col("bssid").replace(old=names)).filter(pl.col("ssid").is_not_null())
+    counts = known.with_columns(pl.col("bssid").replace(old=names))
     tables[ACCESS_POINTS] = access_point_table(tables[FINGERPRINTS], kept, counts).lazy()
     findings = (*dataset.info.findings, *_findings(gone.with_row_index("row", offset=1).collect(), count, strength))
     return replace(dataset, info=dataset.info.model_copy(update={"findings": findings}), tables=tables)
@@ -84,6 +84,8 @@ def _findings(gone: pl.DataFrame, count: int, strength: LevelRange) -> list[Find
 
 MANIFEST = "dataset.json"
 SPLITS = "splits"
+RUN_DATASET = "dataset"
+"""Folder of the data set in the output of ``run``."""
 _ROWS_A_GROUP = 16_384
 """A few walks' readings, so that reading one walk reads little more."""
 _WINDOWS_A_GROUP = 2_000
@@ -96,12 +98,18 @@ def is_dataset(folder: Path) -> bool:
     return (folder / MANIFEST).is_file()
 
 
+def dataset_in(folder: Path) -> Path:
+    """The folder of a data set: the given one, or the data set in the output of `vislam2tag run`."""
+    inner = folder / RUN_DATASET
+    return inner if not is_dataset(folder) and is_dataset(inner) else folder
+
+
 def open_dataset(folder: AnyPath) -> Dataset:
-    """Open a data set's folder. The tables are lazy Polars frames.
+    """Open a data set's folder, or that in the output of `vislam2tag run`. The tables are lazy Polars frames.
 
     Raises DatasetError if the folder is not a data set, is incomplete, or was made by a later version.
     """
-    folder = Path(folder)
+    folder = dataset_in(Path(folder))
     restore(folder)
     info = _manifest(folder)
     tables = {name: _table(folder, name, account) for name, account in info.tables.items()}
@@ -121,7 +129,7 @@ def open_dataset_to_share(folder: AnyPath, *, follow_links: bool = False) -> Dat
 
     Also raises DatasetError if one of its files is a link out of the folder, unless ``follow_links`` is given.
     """
-    folder = Path(folder)
+    folder = dataset_in(Path(folder))
     dataset = open_dataset(folder)
     files = [MANIFEST, *(f"{name}.parquet" for name in dataset.tables), *dataset.files]
     files += [f"{SPLITS}/{name}.{kind}" for name in dataset.splits for kind in ("json", "parquet")]
@@ -315,14 +323,22 @@ def _table_metadata(name: str) -> str:
     )
 
 
+def _instead(folder: Path) -> str:
+    """What to do with a folder that is not a data set."""
+    labelled = written_by(folder) == f"{PROGRAM} process"
+    if labelled or any(folder.glob("floor_*/")):
+        what = "the output of `vislam2tag process`" if labelled else "a survey"
+        return f"it is {what}, so first run `vislam2tag dataset {folder} --out fingerprints`, and pass fingerprints"
+    return "pass a folder that `vislam2tag run`, `vislam2tag dataset` or `vislam2tag import` wrote"
+
+
 def _manifest(folder: Path) -> DatasetInfo:
     path = folder / MANIFEST
     try:
         text = read_bytes(path)
     except OSError as error:
         raise DatasetError(
-            f"{folder}: not a data set ({MANIFEST} cannot be read: {error.strerror}); pass a folder that "
-            "`vislam2tag dataset` or `vislam2tag import` wrote"
+            f"{folder}: not a data set ({MANIFEST} cannot be read: {error.strerror}); {_instead(folder)}"
         ) from error
     try:
         version = int(json.loads(text)["format_version"])

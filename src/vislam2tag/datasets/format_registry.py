@@ -19,6 +19,7 @@ from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import Privacy
+from vislam2tag.intake.columns import ColumnNames
 from vislam2tag.intake.level_scales import LevelScale
 
 _NAMED = 3
@@ -41,6 +42,8 @@ class ImportContext:
     """The number that means "not heard" according to the user, for formats with a column for each access point."""
     levels: LevelScale | None = None
     """What the numbers in these formats mean according to the user, if they are not dBm."""
+    columns: ColumnNames | None = None
+    """Which columns of a table of the user's own have which meaning; None: by their names."""
 
 
 LEVEL_OPTIONS = ("not_heard", "levels")
@@ -144,6 +147,10 @@ def _named(formats: Mapping[str, _Format], name: str, done: str) -> _Format:
     return formats[name]
 
 
+LAST = "table"
+"""The format that is recognised only if no other is."""
+
+
 def import_format_of(path: Path) -> ImportFormat:
     """Return the one format that recognises a file or folder.
 
@@ -153,7 +160,9 @@ def import_format_of(path: Path) -> ImportFormat:
         raise DatasetError(f"{path}: no such file or folder")
     check_archive(path)
     formats = import_formats()
-    found = [name for name, each in formats.items() if each.recognises(path)]
+    found = [name for name, each in formats.items() if name != LAST and each.recognises(path)]
+    if not found and formats[LAST].recognises(path):
+        found = [LAST]
     if len(found) == 1:
         return formats[found[0]]
     archives = archives_in(path)

@@ -204,7 +204,7 @@ def _access_points(base: Dataset, news: Dataset, tables: Mapping[str, pl.LazyFra
     """Count all readings; carry over radios, and flags that cannot be derived from hashed identifiers."""
     columns = ("bssid", "technology", "ssid", "radio", "readings", "randomised", "mobile", "nomap")
     known = pl.concat([dataset.access_points.select(columns) for dataset in (base, news)]).collect()
-    names = known.filter(pl.col("ssid").is_not_null()).select("bssid", "technology", "ssid", count="readings")
+    names = known.select("bssid", "technology", "ssid", count="readings")
     table = access_point_table(tables[FINGERPRINTS], tables[READINGS], names)
     flags = ("randomised", "mobile", "nomap")
     before = known.group_by("bssid").agg(

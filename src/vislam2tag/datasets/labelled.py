@@ -25,6 +25,8 @@ from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE
 from vislam2tag.labeling.tables import SCHEMAS
 from vislam2tag.site.links import CURE, outside_link
 
+RUN_LABELS = "labels"
+"""Folder of the labels in the output of ``run``."""
 _AGAIN = "run `vislam2tag process` again"
 
 
@@ -36,6 +38,7 @@ class _RunFile(Record, extra="ignore"):
     floors: tuple[FloorRecord, ...]
     settings: dict[str, object]
     versions: dict[str, str]
+    building: str = ""
     site_from_outside: bool = False
     rebase: tuple[dict[str, object], ...] = ()
 
@@ -132,6 +135,8 @@ class LabelledSurvey:
     """Sorted by slug."""
     rebase: tuple[Mapping[str, object], ...] = ()
     """Changes of frame that were applied to the labels, in order (docs/how-to/site.md)."""
+    building: str = ""
+    """Name of the building in ``site.toml``; empty if unknown."""
     left_out: tuple[str, ...] = ()
     """Slugs of the sessions that are not in ``sessions``, because they are links out of the survey."""
 
@@ -156,17 +161,24 @@ def labels_at_hand(labels: Path) -> Iterator[Path]:
         yield root
 
 
+def labels_in(folder: Path) -> Path:
+    """The output folder of ``process``: the given one, or the labels in the output of ``run``."""
+    inner = folder / RUN_LABELS
+    return inner if (inner / RUN_FILE).is_file() else folder
+
+
 def is_labelled(folder: Path) -> bool:
-    """Whether the folder is an output folder of ``process``, finished or not."""
+    """Whether the folder is an output folder of ``process`` or ``run``, finished or not."""
     restore(folder)
     return (folder / RUN_FILE).is_file()
 
 
 def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
-    """Open an output folder of ``process``, without links out of the survey unless ``follow_links``.
+    """Open an output folder of ``process`` or ``run``, without links out of the survey unless ``follow_links``.
 
     Raises DatasetError if it is not one, if its last run has not finished, or if it contains no session.
     """
+    root = labels_in(root)
     restore(root)  # undoes a rebase that was killed before it had written anything
     run = _run(root)
     if not (root / SUMMARY_FILE).is_file():
@@ -177,7 +189,7 @@ def open_labelled(root: Path, *, follow_links: bool = False) -> LabelledSurvey:
     if not sessions:
         raise DatasetError(f"{root}: contains no session; process a survey that has sessions")
     opened = LabelledSurvey(
-        root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions, run.rebase
+        root, run.survey, run.floors, run.settings, run.versions.get(PROGRAM, ""), sessions, run.rebase, run.building
     )
     return opened if follow_links else _shared(opened, run.site_from_outside)
 
@@ -191,7 +203,7 @@ def _shared(opened: LabelledSurvey, site_from_outside: bool) -> LabelledSurvey:
         floors = (
             floor.model_copy(update={"name": f"Floor {floor.number}", "georeference": None}) for floor in opened.floors
         )
-        opened = replace(opened, floors=tuple(floors))
+        opened = replace(opened, floors=tuple(floors), building="")
     return without_sessions(opened, outside)
 
 
@@ -219,7 +231,9 @@ def _run(root: Path) -> _RunFile:
         return _RunFile.model_validate(content)
     except OSError as error:
         instead = (
-            "; the folder is a survey, so run `vislam2tag process` on it first" if any(root.glob("floor_*")) else ""
+            f"; the folder is a survey, so first run `vislam2tag process {root} --out labels`, and pass labels"
+            if any(root.glob("floor_*"))
+            else ""
         )
         raise DatasetError(
             f"{root}: not an output folder of `vislam2tag process` ({RUN_FILE} cannot be read: {error.strerror})"

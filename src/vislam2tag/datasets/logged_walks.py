@@ -220,7 +220,9 @@ def _parts(
     who = SessionWalk(walk.slug, "", walk.device or "", walk.name, motion)
     labelled = {name: _labelled(table, trajectory) for name, table in walk.tables.items() if table.height}
     radio = (name for name in TECHNOLOGIES if name in labelled)
-    tables, found = radio_parts(fingerprints_of(labelled[name], name, who, settings, math.inf) for name in radio)
+    tables, found = radio_parts(
+        fingerprints_of({name: labelled[name]}, name, who, settings, math.inf) for name in radio
+    )
     names, scans = tables.pop(NAMES), tables[FINGERPRINTS].height
     tables[MAGNETIC] = empty_table(MAGNETIC)
     if "sensors" in labelled:

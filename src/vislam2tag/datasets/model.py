@@ -8,7 +8,8 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from functools import partial
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -18,6 +19,7 @@ from pydantic import Field
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Tabular
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.datasets.description import Funding, Person, Related
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS
@@ -56,7 +58,7 @@ class Grouping(Record):
     technology: str
     by: Literal["scan", "window"]
     window_s: float | None = None
-    """Length of a window, seconds; None for scans."""
+    """Length of a window, seconds; None for scans. If scans include BLE: that of the BLE readings around a scan."""
 
 
 class DatasetSource(Record):
@@ -164,9 +166,11 @@ class Split:
 
 
 @dataclass(frozen=True, repr=False)
-class Dataset(Drawable):
+class Dataset(Drawable, Tabular):
     """A data set. ``tables`` are lazy Polars frames by the names of :mod:`vislam2tag.datasets.schema`, each with
-    exactly that schema."""
+    exactly that schema. ``to_frame("readings")`` and ``to_pandas("readings")`` load one."""
+
+    main_table: ClassVar[str] = FINGERPRINTS
 
     info: DatasetInfo
     tables: Mapping[str, pl.LazyFrame]
@@ -181,6 +185,9 @@ class Dataset(Drawable):
             "tables": ", ".join(sorted(self.tables)),
             "splits": ", ".join(sorted(self.splits)) or "none",
         }
+
+    def _frames(self) -> dict[str, Callable[[], pl.DataFrame]]:
+        return {name: partial(_collected, table) for name, table in self.tables.items()}
 
     @property
     def fingerprints(self) -> pl.LazyFrame:
@@ -225,6 +232,10 @@ class Dataset(Drawable):
                 extent = floor.width_m, floor.height_m, floor.elevation_m, plan
                 return Floor(floor.number, name, *extent, points, floor.lower_left_m, georeference=floor.georeference)
         return Floor(storey.floor, f"floor {storey.floor}", None, None, None, None, points)
+
+
+def _collected(table: pl.LazyFrame) -> pl.DataFrame:
+    return table.collect(engine="streaming")
 
 
 _PARTS = 16

@@ -57,6 +57,11 @@ class DatasetSettings(FiniteRecord):
     """Group Wi-Fi readings by time windows of this length, seconds. Without a value they are grouped by scan."""
     ble_window_s: float = Field(default=1.0, ge=0.001)
     """Group BLE readings, which have no scans, by time windows of this length, seconds."""
+    ble_with_wifi: bool = False
+    """Add the BLE readings around each Wi-Fi scan to its fingerprint, instead of making fingerprints of their own.
+
+    They are those within half of `ble_window_s` before and after the scan. Others are left out.
+    """
     magnetic_window_s: float = Field(default=0.5, ge=0.001)
     """Average magnetic readings over windows of this length, seconds. The default is about half a metre of walking."""
     scan_length_s: float = Field(default=6.0, gt=0)

@@ -16,6 +16,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.datasets import statistics_record as record
 from vislam2tag.datasets.model import Dataset, RunningTotal, SessionTables, each_session
 from vislam2tag.datasets.place_sums import PlaceMeans, device_offsets
+from vislam2tag.datasets.technologies import parts_of
 
 LABELLED = Status.OK.label
 """Status of labelled fingerprints; ``uncertain`` ones keep their position, but do not count as labelled."""
@@ -123,7 +124,7 @@ def dataset_statistics(dataset: Dataset, field_work: record.FieldWork | None = N
                 labels.filter(technology=name),
                 counts.filter(technology=name),
                 shared.filter(technology=name),
-                transmitters.get(name, 0),
+                sum(transmitters.get(part, 0) for part in parts_of(name)),
                 cost,
             )
             for name in names

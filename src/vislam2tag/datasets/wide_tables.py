@@ -12,7 +12,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.files.table_files import scan_csv
-from vislam2tag.common.findings import ROWS_NAMED, Finding, finding_if
+from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity, finding_if
 from vislam2tag.intake import fillers
 from vislam2tag.intake.cells import separator_of, with_numbers
 from vislam2tag.intake.level_scales import NOT_HEARD, SIGNAL_STRENGTH, LevelRange, LevelScale, other_levels
@@ -64,8 +64,11 @@ def read_wide(
     columns: Mapping[str, pl.DataType],
     is_access_point: Callable[[str], bool],
     rules: LevelRules = USUAL,
+    times: frozenset[str] = frozenset(),
 ) -> WideTable:
     """Read a wide table with a header. ``columns`` are the other columns to read, with their types.
+
+    Columns of ``times`` that are rounded are empty and reported; other rounded numbers are errors.
 
     Unknown columns are skipped and reported. Raises DatasetError with file and line if there are no access points or a
     cell is not a number, and with a question if a level may mean "not heard".
@@ -77,7 +80,8 @@ def read_wide(
         upper = name if is_access_point(name) else name.upper()
         return known.get(name.lower(), upper if is_access_point(upper) else name)
 
-    return _read(path, tuple(map(usual, _top_fields(path))), columns, is_access_point, rules, has_header=True)
+    header = tuple(map(usual, _top_fields(path)))
+    return _read(path, header, columns, is_access_point, rules, times, has_header=True)
 
 
 def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
@@ -85,7 +89,7 @@ def read_matrix(path: Path, rules: LevelRules = USUAL) -> WideTable:
     count = len(_top_fields(path))
     digits = max(3, len(str(count)))
     names = tuple(f"WAP{number:0{digits}d}" for number in range(1, count + 1))
-    return _read(path, names, {}, lambda _: True, rules, has_header=False)
+    return _read(path, names, {}, lambda _: True, rules, frozenset(), has_header=False)
 
 
 def read_columns(path: Path, columns: Mapping[str, pl.DataType]) -> pl.DataFrame:
@@ -131,6 +135,7 @@ def _read(
     columns: Mapping[str, pl.DataType],
     is_access_point: Callable[[str], bool],
     rules: LevelRules,
+    times: frozenset[str],
     *,
     has_header: bool,
 ) -> WideTable:
@@ -145,7 +150,8 @@ def _read(
     names = pl.Series("bssid", access_points, dtype=pl.String)
     rows, heard, gaps, short = [], [], [], []
     first_row = empty = 0
-    for batch in _batches(path, schema, has_header=has_header):
+    rounded: dict[str, str] = {}
+    for batch in _batches(path, schema, has_header=has_header, times=times, rounded=rounded):
         levels = batch.select(access_points).to_numpy()
         column, row = np.divmod(np.flatnonzero(rules.stated != levels.T), len(levels))  # columns are together in memory
         order = np.argsort(row, kind="stable")
@@ -168,15 +174,22 @@ def _read(
     unknown = [name for name in header if name not in columns and name not in access_points]
     cells_heard = pl.concat(heard)
     not_heard = first_row * len(access_points) - cells_heard.height
-    measured, odd = _measured(path, cells_heard, (len(access_points), not_heard), first_line, rules)
+    measured, odd = measured_levels(path, cells_heard, (len(access_points), not_heard), first_line, rules)
     lines = np.concatenate(gaps)[:ROWS_NAMED].tolist()
     message = "cells are empty; they count as not heard"
     if empty:
         odd.insert(0, Finding(kind="empty_levels", file=path.name, count=empty, message=message, lines=tuple(lines)))
+    odd += [_rounded(path, name, example, first_row) for name, example in rounded.items()]
+    numbered = numbered.with_columns(pl.lit(None, columns[name]).alias(name) for name in rounded)
     return WideTable(numbered, measured, access_points, (*odd, *_unknown(path, unknown)))
 
 
-def _measured(
+def _rounded(path: Path, name: str, example: str, rows: int) -> Finding:
+    message = f"column {name}: times such as {example} are rounded and not used; {ROUNDED}"
+    return Finding(kind="rounded_times", file=path.name, count=rows, message=message, severity=Severity.WARNING)
+
+
+def measured_levels(
     path: Path, heard: pl.DataFrame, counts: tuple[int, int], first_line: int, rules: LevelRules
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """Keep the measured cells; report a filler and levels out of range.
@@ -214,8 +227,18 @@ def _without_filler(
     return heard.filter(~cell), [found]
 
 
-def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool) -> Iterator[pl.DataFrame]:
-    """Yield the rows with their types; from the first cell on that is written in another way, by way of texts."""
+def _batches(
+    path: Path,
+    schema: Mapping[str, pl.DataType],
+    *,
+    has_header: bool,
+    times: frozenset[str] = frozenset(),
+    rounded: dict[str, str] | None = None,
+) -> Iterator[pl.DataFrame]:
+    """Yield the rows with their types; from the first cell on that is written in another way, by way of texts.
+
+    Columns of ``times`` that are rounded are added to ``rounded``, with an example.
+    """
     separator = separator_of(_top_line(path))
 
     def rows(kinds: Mapping[str, pl.DataType]) -> Iterator[pl.DataFrame]:
@@ -235,7 +258,8 @@ def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool)
         for batch in texts:
             left_out = min(done, batch.height)
             done -= left_out
-            yield _typed(path, batch.with_row_index("row", first)[left_out:], schema)
+            found = {} if rounded is None else rounded
+            yield _typed(path, batch.with_row_index("row", first)[left_out:], schema, times, found)
             first += batch.height
     except pl.exceptions.PolarsError as error:
         raise _wrong_line(path, len(schema), separator) or DatasetError(
@@ -243,7 +267,13 @@ def _batches(path: Path, schema: Mapping[str, pl.DataType], *, has_header: bool)
         ) from error
 
 
-def _typed(path: Path, texts: pl.DataFrame, schema: Mapping[str, pl.DataType]) -> pl.DataFrame:
+def _typed(
+    path: Path,
+    texts: pl.DataFrame,
+    schema: Mapping[str, pl.DataType],
+    times: frozenset[str],
+    rounded: dict[str, str],
+) -> pl.DataFrame:
     """Convert texts to the types of their columns; raises DatasetError with line and column if a cell is no number."""
     texts = texts.with_columns(pl.col("row").cast(pl.Int64))
     numeric = [name for name, kind in schema.items() if kind.is_numeric()]
@@ -255,7 +285,9 @@ def _typed(path: Path, texts: pl.DataFrame, schema: Mapping[str, pl.DataType]) -
             raise DatasetError(f"{path}: line {line}, column {name}: '{cell}' is not a number; correct the file")
     for name in (name for name in numeric if schema[name].is_integer()):
         step, example = rounded_step(texts[name])
-        if step > 1:
+        if step > 1 and name in times:
+            rounded.setdefault(name, example)
+        elif step > 1:
             raise DatasetError(f"{path}: column {name}: values such as {example} are rounded to {step:g}; {ROUNDED}")
         broken = numbers.filter(pl.col(name) != pl.col(name).round())
         if broken.height:

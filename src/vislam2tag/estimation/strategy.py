@@ -5,14 +5,17 @@ A session in several parts is mapped part by part.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import Protocol
 
 import numpy as np
 
 from vislam2tag.common import plugins
-from vislam2tag.common.plugins import Registry
+from vislam2tag.common.errors import SessionError, UsageError
+from vislam2tag.common.plugins import Registry, called_of_user, where_it_failed
 from vislam2tag.core.arrays import FloatArray, IntArray, StatusArray
 from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import (
@@ -58,13 +61,86 @@ def strategy_named(name: str, settings: MappingSettings) -> MappingStrategy:
 
     Sessions in several parts are mapped part by part.
     """
-    return MappingBySection(STRATEGIES.named(name)(settings))
+    return MappingBySection(_made(name, settings))
 
 
 def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
     """Names of the modules in which a strategy is registered and implemented; raises UsageError for an unknown name."""
     factory = STRATEGIES.named(name)
-    return factory.__module__, type(factory(settings)).__module__
+    made = _made(name, settings)
+    return factory.__module__, type(made.strategy if isinstance(made, _OwnStrategy) else made).__module__
+
+
+def strategy_known_as(given: str | Factory | MappingStrategy) -> str:
+    """The name of a strategy for the settings; a class, a function or an object of a notebook gets its own name.
+
+    That of a file is ``NAME.py:CLASS``, so that worker processes find it, too.
+    """
+    if isinstance(given, str):
+        return given
+    defined = given if callable(given) and hasattr(given, "__name__") else type(given)
+    name = str(defined.__name__)
+    file = getattr(sys.modules.get(defined.__module__), "__file__", None)
+    if file and defined is given and file.endswith(".py"):
+        return f"{file}:{name}"
+    STRATEGIES.replace(name, given if defined is given else _always(given))  # type: ignore[arg-type]
+    return name
+
+
+def _always(strategy: MappingStrategy) -> Factory:
+    """A factory of a user's object, in whose module errors are looked for."""
+
+    def made(_: MappingSettings) -> MappingStrategy:
+        return strategy
+
+    made.__module__ = type(strategy).__module__
+    return made
+
+
+def _made(name: str, settings: MappingSettings) -> MappingStrategy:
+    """Make a strategy; of other code than ours, one that says whose errors are."""
+    factory = STRATEGIES.named(name)
+    if factory.__module__.startswith("vislam2tag."):
+        return factory(settings)
+    return _OwnStrategy.of(name, factory, settings)
+
+
+@dataclass(frozen=True)
+class _OwnStrategy:
+    """A strategy of a user's file, notebook or package: its errors name it, its line and what it returned."""
+
+    name: str
+    file: str
+    strategy: MappingStrategy
+
+    @classmethod
+    def of(cls, name: str, factory: Factory, settings: MappingSettings) -> _OwnStrategy:
+        """Make it with the settings, or without them if it takes none; raises UsageError if that fails."""
+        file = str(getattr(sys.modules.get(factory.__module__), "__file__", None) or "")
+        try:
+            made = factory(settings) if signature(factory).parameters else factory()  # type: ignore[call-arg]
+        except Exception as error:  # whatever a user's code raises
+            raise UsageError(where_it_failed(called_of_user(name), file, error)) from error
+        if not callable(getattr(made, "map", None)):
+            raise UsageError(f"{called_of_user(name)} has no method map(camera, log, landmarks); see MappingStrategy")
+        return cls(name, file, made)
+
+    @property
+    def needs(self) -> str:
+        """What it says that it needs; it may say nothing."""
+        return str(getattr(self.strategy, "needs", f"what {called_of_user(self.name)} expects"))
+
+    def map(self, camera: CameraTrack, log: LandmarkLog, landmarks: Landmarks) -> Trajectory:
+        """Map; raises SessionError that names the user's code if it fails or returns something else."""
+        try:
+            mapped = self.strategy.map(camera, log, landmarks)
+        except Exception as error:  # whatever a user's code raises
+            raise SessionError(where_it_failed(called_of_user(self.name), self.file, error)) from error
+        found = f"{len(mapped.status)} frames" if isinstance(mapped, Trajectory) else type(mapped).__name__
+        if found != f"{len(camera.time_ns)} frames":
+            expected = f"expected a Trajectory of {len(camera.time_ns)} frames"
+            raise SessionError(f"{called_of_user(self.name)} returned {found}; {expected} (this is your code)")
+        return mapped
 
 
 @dataclass(frozen=True)

@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.given_tables import GivenTable, frame_of
 from vislam2tag.common.palette import STATUS_STYLES
+from vislam2tag.common.tabular import Tabular
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import level_view
 from vislam2tag.labeling.tables import LabelledWalk, label_readings, trajectory_table
-from vislam2tag.sessions.in_memory import Table, checked_column, frame_of
+from vislam2tag.sessions.in_memory import checked_column
 
 _CAUSES = {name: style.meaning for name, style in STATUS_STYLES.items() if name != Status.OK.label}
 
 
 @dataclass(frozen=True, repr=False)
-class MappedWalk(Drawable):
+class MappedWalk(Drawable, Tabular):
     """A walk that :func:`~vislam2tag.api.map_walk` mapped.
 
     ``frames`` is a table with one row for each pose, in the order given; values that are not known are null:
@@ -34,8 +38,10 @@ class MappedWalk(Drawable):
 
     ``findings`` are those of ``process`` on poses, landmarks and mapping. ``label(table, time_column="time_ns")`` adds
     ``x``, ``y``, ``z``, ``sigma`` and ``status`` to a table. ``plot()`` draws path and landmarks, and returns
-    Matplotlib axes.
+    Matplotlib axes. ``to_pandas()`` returns the frames for pandas.
     """
+
+    main_table: ClassVar[str] = "frames"
 
     walk: LabelledWalk
     landmarks: Landmarks
@@ -59,7 +65,7 @@ class MappedWalk(Drawable):
             )
         )
 
-    def label(self, table: Table, time_column: str = "time_ns") -> pl.DataFrame:
+    def label(self, table: GivenTable, time_column: str = "time_ns") -> pl.DataFrame:
         """Add ``x``, ``y``, ``z``, ``sigma`` (metres) and ``status`` to a table, as ``process`` does to its own.
 
         ``time_column`` has times on the poses' clock, integers, nanoseconds. ``floor`` is added, too, if the landmarks
@@ -80,6 +86,9 @@ class MappedWalk(Drawable):
     def floors(self) -> list[int]:
         """Numbers of the floors of its landmarks, and of the one on which it starts."""
         return sorted({self.walk.key.floor, *self.landmarks.floor.tolist()})
+
+    def _frames(self) -> dict[str, Callable[[], pl.DataFrame]]:
+        return {self.main_table: lambda: self.frames}
 
     def _facts(self) -> dict[str, object]:
         trajectory = self.walk.trajectory

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from vislam2tag.common.findings import NOT_RUN, Finding, Judgement, counted
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.core.status import EventKind, Status, frames_placed
 from vislam2tag.intake.ids import IdShift
 from vislam2tag.site.georeference import Georeference
@@ -263,7 +264,7 @@ class PlacingRecord(Record):
         return None if self.best_tap_ns is None else round((self.best_tap_ns - start_ns) * 1e-9, 2)
 
 
-class SessionResult(Record):
+class SessionResult(Result):
     """Everything about one processed session except its tables."""
 
     slug: str
@@ -335,7 +336,7 @@ WRONG_IDS = ("other_ids", "shifted_ids")
 """Kinds of findings that say that walks and landmark tables have different ids."""
 
 
-class Summary(Record):
+class Summary(Result):
     """Totals of a run (``summary.json``)."""
 
     version: str

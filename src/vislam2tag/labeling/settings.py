@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self, TypedDict
 
-from pydantic import Field, field_serializer
+from pydantic import Field, ValidationError, field_serializer
 
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.records import FiniteRecord
 from vislam2tag.estimation.settings import WITHOUT_TRACKER, MappingSettings
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.site.settings import SurveySettings
+
+if TYPE_CHECKING:
+    from vislam2tag.estimation.strategy import Factory, MappingStrategy
 
 
 class LabelRule(StrEnum):
@@ -68,11 +72,27 @@ class TruthSettings(FiniteRecord):
 USUAL_TRUTH = TruthSettings()
 
 
+class GivenSettings(TypedDict, total=False):
+    """Settings as keyword arguments, with the names and defaults of :class:`ProcessSettings`.
+
+    ``strategy`` is a name, ``NAME.py:CLASS``, or a class, a function or an object of your own
+    (:class:`~vislam2tag.api.MappingStrategy`).
+    """
+
+    strategy: str | Factory | MappingStrategy
+    together: bool
+    survey: SurveySettings
+    findings: FindingSettings
+    mapping: MappingSettings
+    labels: LabelSettings
+    truth: TruthSettings
+
+
 class ProcessSettings(FiniteRecord):
     """The settings that labels follow from: those of ``process`` and of all that maps sessions as it does."""
 
     strategy: str = "smoother"
-    """Name of the mapping strategy."""
+    """Name of the mapping strategy, or NAME.py:CLASS for one of your own."""
     together: bool = False
     """Map the walks of a floor together: they share landmark priors, radio constraints and the noise of their device.
     """
@@ -81,6 +101,23 @@ class ProcessSettings(FiniteRecord):
     mapping: MappingSettings = MappingSettings()
     labels: LabelSettings = LabelSettings()
     truth: TruthSettings = USUAL_TRUTH
+
+    def with_given(self, given: GivenSettings) -> Self:
+        """A copy with the settings given by keyword; raises UsageError for a wrong value or an unknown name."""
+        if not given:
+            return self
+        from vislam2tag.estimation.strategy import strategy_known_as
+
+        own = {name: getattr(self, name) for name in type(self).model_fields}
+        chosen = {"strategy": strategy_known_as(given["strategy"])} if "strategy" in given else {}
+        try:
+            return type(self).model_validate({**own, **given, **chosen})
+        except ValidationError as error:
+            problem = error.errors()[0]
+            name = ".".join(map(str, problem["loc"]))
+            raise UsageError(
+                f"{name}: {problem['msg']}; settings by keyword are: {', '.join(ProcessSettings.model_fields)}"
+            ) from error
 
     @property
     def inertial(self) -> bool:

@@ -16,6 +16,7 @@ import polars as pl
 from vislam2tag import __version__
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_parquet
+from vislam2tag.common.given_tables import GivenTable, frame_of
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray, StatusArray
 from vislam2tag.core.interpolation import Labels, label_by_interpolation, label_by_next_frame
 from vislam2tag.core.status import STATUS_LABELS, Status, has_position
@@ -121,7 +122,7 @@ def status_codes(table: pl.DataFrame) -> StatusArray:
 
 
 def label_readings(
-    table: pl.DataFrame,
+    table: GivenTable,
     trajectory: Trajectory,
     settings: LabelSettings,
     excluded_ns: Sequence[tuple[int, int]] = (),
@@ -129,13 +130,15 @@ def label_readings(
 ) -> pl.DataFrame:
     """Add ``x``, ``y``, ``z`` (BCS, metres), ``sigma`` (metres) and ``status`` to a table of readings.
 
-    ``table`` has ``time_ns`` and ``repeated`` (see :class:`~vislam2tag.sessions.model.Session`); rows and their
-    order stay. A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
+    ``table`` (Polars, pandas or Arrow) has ``time_ns`` and ``repeated`` (see
+    :class:`~vislam2tag.sessions.model.Session`); rows and their order stay.
+    A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
     ``duplicate`` and has no position: the first one counts. Readings in an excluded span (start included, end not;
     boot-clock ns) are ``invalid`` and have none either. Readings of a device that was ``attached`` are less sure: by
     the way walked within its clock's sigma, and by how far from the camera it was carried. If the trajectory has
     floors, ``floor`` is added, too.
     """
+    table = frame_of(table, "table")
     labels = _labels(table, trajectory, settings)
     if attached is not None:
         labels = _less_sure(labels, table["time_ns"].to_numpy(), trajectory, settings.max_gap_s, attached)

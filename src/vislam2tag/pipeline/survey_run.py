@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias, TypeVar, Unpack
 
 from pydantic import ValidationError
 
@@ -15,7 +15,9 @@ from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
-from vislam2tag.datasets.folder import is_dataset
+from vislam2tag.common.tabular import Result
+from vislam2tag.datasets.folder import RUN_DATASET, is_dataset
+from vislam2tag.datasets.labelled import RUN_LABELS
 from vislam2tag.labeling.results import CONFLICTS_PAGE, RESULTS, RUN_FILE, Summary
 from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset
 from vislam2tag.pipeline.datasets.finish import PAGE_FILE as DATASET_PAGE
@@ -27,7 +29,7 @@ from vislam2tag.pipeline.labels.session import Outcome
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key, key_of
 from vislam2tag.pipeline.run.output import OutputFolder
-from vislam2tag.pipeline.run.selection import refuse_among_sessions
+from vislam2tag.pipeline.run.selection import SurveyRunArguments, given_settings, refuse_among_sessions
 from vislam2tag.quality.diagnosis.record import Diagnosis
 from vislam2tag.quality.self_check_record import SessionCheck, SurveyCheck
 from vislam2tag.sessions.registry import open_survey
@@ -36,7 +38,7 @@ from vislam2tag.site.links import left_out_of, shared_survey
 from vislam2tag.views.conflict_page import write_conflict_page
 from vislam2tag.views.run_dashboard import Page, RunFigures, write_dashboard
 
-LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = "labels", "diagnosis", "check", "dataset", "index.html"
+LABELS, DIAGNOSIS, CHECK, DATASET, INDEX = RUN_LABELS, "diagnosis", "check", RUN_DATASET, "index.html"
 DIAGNOSIS_FILE = "diagnosis.json"
 PROGRAM = "vislam2tag run"
 _STEPS_FILE, _FIGURES_FILE = "steps.json", "figures.json"
@@ -53,7 +55,7 @@ _StepProgress: TypeAlias = Progress[tuple[str, str | None]]
 """Called for each session with the step and the reason if it failed."""
 
 
-class SurveyRun(Record):
+class SurveyRun(Result):
     """Result of a run."""
 
     labels: Summary
@@ -71,11 +73,10 @@ def run_survey(
     out: AnyPath,
     settings: Settings | None = None,
     *,
-    landmarks: AnyPath | None = None,
     follow_links: bool = False,
-    jobs: int = 1,
     progress: _StepProgress = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
+    **arguments: Unpack[SurveyRunArguments],
 ) -> SurveyRun:
     """Make ``labels``, ``diagnosis.json``, ``conflicts.html``, ``check``, ``dataset`` and ``index.html`` in ``out``.
 
@@ -84,8 +85,9 @@ def run_survey(
     ``follow_links`` and ``jobs`` are as those of :func:`~vislam2tag.pipeline.labels.process.process`. Raises what the
     steps raise; completed steps are kept.
     """
-    survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(landmarks)
-    settings = settings or Settings()
+    survey_root, out, landmarks = Path(survey_root), Path(out), path_or_none(arguments.get("landmarks"))
+    jobs = arguments.get("jobs", 1)
+    settings = (settings or Settings()).with_given(given_settings(arguments))
     survey = open_survey(
         survey_root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned
     )

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import polars as pl
@@ -29,6 +29,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
@@ -114,8 +115,10 @@ class BestModel(Record):
         return self.runner_up is not None and self.behind_m < ALIKE * self.mean_m
 
 
-class Benchmark(Record):
+class Benchmark(Result):
     """The result of a benchmark."""
+
+    main_table: ClassVar[str] = "rows"
 
     version: str
     dataset: str

@@ -18,6 +18,7 @@ from vislam2tag.core.status import Status
 from vislam2tag.datasets.changes import APPEARED, MOVED, VANISHED, survey_changes
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Fold, Split, Storey
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS, in_schema
+from vislam2tag.datasets.technologies import instead_of, main_technology, of_technology
 from vislam2tag.positioning.places import LabelledScans, ScanPlaces, joined_places
 from vislam2tag.positioning.radio_scans import RadioScans, Rows, TextArray, joined_scans, scans_from_readings
 
@@ -49,18 +50,17 @@ class LearningData:
         return np.isin(self.ids, ids.to_numpy().astype(np.str_))
 
 
-def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
-    """Read all labelled fingerprints of one technology as arrays.
+def learning_data(dataset: Dataset, technology: str | None = None) -> LearningData:
+    """Read all labelled fingerprints of one technology as arrays; None: that of :func:`main_technology`.
+
+    Fingerprints with Wi-Fi and BLE also give those of one of them.
 
     Fingerprints with an uncertain label are excluded, as in all splits. Raises DatasetError if there are none.
     """
+    technology = technology or main_technology(dataset)
+    fingerprints, own = of_technology(dataset, technology)
     labelled = (
-        dataset.fingerprints.filter(
-            (pl.col("technology") == technology)
-            & (pl.col("status") == Status.OK.label)
-            & pl.col("x").is_finite()
-            & pl.col("y").is_finite()
-        )
+        fingerprints.filter((pl.col("status") == Status.OK.label) & pl.col("x").is_finite() & pl.col("y").is_finite())
         .select(_FINGERPRINT)
         .collect()
         .with_row_index("row")
@@ -68,9 +68,10 @@ def learning_data(dataset: Dataset, technology: str = "wifi") -> LearningData:
     if labelled.is_empty():
         raise DatasetError(
             f"{dataset.info.name}: the data set contains no labelled fingerprint of technology {technology}"
+            f"{instead_of(dataset, technology)}"
         )
     readings = (
-        dataset.readings.select("scan_id", "bssid", "rssi_dbm")
+        own.select("scan_id", "bssid", "rssi_dbm")
         .join(labelled.lazy().select("scan_id", "row"), on="scan_id")
         .collect(engine="streaming")
     )

@@ -36,7 +36,7 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import AnyArray
-from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.model import Grouping, Storey
 from vislam2tag.intake.readings import normal_address
 from vislam2tag.positioning.registry import (
     Positioner,
@@ -61,6 +61,10 @@ class ModelOrigin(Record):
     """Training set: all, or split and fold."""
     scans: int
     technology: str = "wifi"
+    grouping: Grouping | None = None
+    """How readings became fingerprints; None if unknown."""
+    beacons: tuple[str, ...] = ()
+    """The BLE beacons among the access points, if the fingerprints have both Wi-Fi and BLE."""
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
     """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: not hashed."""

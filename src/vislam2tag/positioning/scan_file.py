@@ -28,6 +28,7 @@ from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
 from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.datasets.labelled import labels_in
 from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
 from vislam2tag.intake.level_scales import SIGNAL_STRENGTH, OtherLevels, in_range, may_be_other, other_levels
 from vislam2tag.intake.readings import address_fault, is_masked, level_of, masked_addresses, normal_address
@@ -49,6 +50,7 @@ _OPTIONAL = (*WALK_COLUMNS, "ssid")
 Fields = tuple[str, str, str, str, str, str]
 """Scan, access point, level, session, time and name of the network as text; empty if missing."""
 _ODD_KEPT = 100_000
+_LONGEST_HEADER = 10_000
 _LEFT_OUT = "these lines are skipped"
 _MESSAGES: dict[FindingKind, str] = {
     MALFORMED: f"expected {', '.join(COLUMNS)}, with a number as level; {_LEFT_OUT}",
@@ -170,6 +172,18 @@ class _Gathered:
             time_ns=np.array(self.times_ns, dtype=np.int64),
         )
         return ScanBlock(np.array(list(self.ids), dtype=np.str_), scans)
+
+
+def is_scan_file(path: Path) -> bool:
+    """Whether a file is JSON lines, or a table that names ``scan_id`` in its first line; False if it is unreadable."""
+    if path.suffix.lower() in JSON_SUFFIXES:
+        return True
+    try:
+        with plain(path).open(encoding="utf-8-sig", errors="replace", newline="") as text:
+            first = re.split("[,;\t]", text.readline(_LONGEST_HEADER))
+            return COLUMNS[0] in (name.strip(' "\r\n') for name in first)
+    except OSError:
+        return False
 
 
 def scan_blocks(
@@ -328,6 +342,7 @@ class Tracks:
         """Open a CSV file or a folder; raises DatasetError if it is neither."""
         path = Path(path)
         if path.is_dir():
+            path = labels_in(path)
             folder = path / "trajectory" if (path / "trajectory").is_dir() else path
             self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
             if not self._tables:
@@ -340,6 +355,13 @@ class Tracks:
             names = table["session"].drop_nulls().unique().to_list()
             self._tables = {name: table.lazy().filter(pl.col("session") == name) for name in names}
         self._path = path
+
+    @classmethod
+    def of_walk(cls, session: str, track: pl.DataFrame) -> Tracks:
+        """The track of one session: ``time_ns``, and ``x``, ``y`` in metres, level."""
+        tracks = cls.__new__(cls)
+        tracks._path, tracks._tables = Path(session), {session: track.lazy()}
+        return tracks
 
     def at(self, scans: RadioScans) -> FloatArray:
         """Return places (n, 2) at the scans' times, metres; NaN if the track has none.

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import ClassVar
 
 from vislam2tag.common.findings import NOT_RUN, Judgement
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.site.walkable.walked import WalkedFloor
 
 
@@ -38,7 +40,7 @@ class DoubtfulFix(Record):
     """Standard deviation per axis of that offset, were the fix right."""
 
 
-class SessionCheck(Record):
+class SessionCheck(Result):
     """One session; metres. The four errors are means over its labels, None where it has none."""
 
     slug: str
@@ -119,8 +121,10 @@ class FloorCheck(Record):
     """Where one more landmark would help most, the best first; each gain is that of this landmark alone."""
 
 
-class SurveyCheck(Record):
+class SurveyCheck(Result):
     """A whole survey (``check.json``)."""
+
+    main_table: ClassVar[str] = "floors"
 
     version: str
     max_sigma_m: float | str

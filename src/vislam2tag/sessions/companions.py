@@ -17,6 +17,7 @@ from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.intake.foreign_table import read_foreign_table
 from vislam2tag.intake.readings import KINDS, admitted
 from vislam2tag.intake.time_units import Span, unix_span
 from vislam2tag.sessions.companion_ties import (
@@ -28,7 +29,7 @@ from vislam2tag.sessions.companion_ties import (
     recording_sha256,
     tie_files,
 )
-from vislam2tag.sessions.foreign_tables import read_table, session_tables, table_times, time_column, time_findings
+from vislam2tag.sessions.foreign_tables import session_tables, table_times, time_column, time_findings
 from vislam2tag.sessions.model import Attachment, FileRecord, Session
 from vislam2tag.sessions.readings import mark_repeated, mark_wifi, pressure_log, stale_scans
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_of, recorded_folder
@@ -121,15 +122,14 @@ def _taps(session: Session) -> IntArray:
 
 
 def _of_table(path: Path, columns: TableColumns | None, zone: str | None) -> OtherRecording:
-    rows, header_line = read_table(path)
+    table = read_foreign_table(path)
+    rows, lines = table.rows, table.lines
     name = time_column(rows.columns, None if columns is None else columns.time_column)
     asked = columns or TableColumns(time_column=name, zone=zone)
     no_walk = np.empty((0, 2), dtype=np.int64)
-    times = table_times(
-        rows[name], no_walk, clock=None, unit=asked.unit, zone=asked.zone, aligned=True, header_line=header_line
-    )
-    odd = time_findings(rows[name], times, path.name, header_line)
-    timed = rows.drop(name).with_row_index("row", header_line + 1).with_columns(pl.col("row").cast(pl.Int64))
+    times = table_times(rows[name], no_walk, clock=None, unit=asked.unit, zone=asked.zone, aligned=True, lines=lines)
+    odd = time_findings(rows[name], times, path.name, lines)
+    timed = rows.drop(name).insert_column(0, lines)
     timed = timed.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable))
     tables, about_cells = session_tables(timed, path.stem, path.name)
     odd += about_cells

@@ -7,30 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from enum import StrEnum
-from pathlib import Path
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import UsageError, first_line
-from vislam2tag.common.files.given_files import read_bytes
-from vislam2tag.common.files.table_files import read_csv, read_parquet
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.intake.cells import separator_of, surplus_fields, unreadable_cells, with_numbers
+from vislam2tag.intake.cells import unreadable_cells, with_numbers
+from vislam2tag.intake.columns import KNOWN_NAMES, TIME, find_columns
 from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit, with_axes_in_place
 from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
-from vislam2tag.site.site_table import decoded
 
-TIME_COLUMNS = (
-    *("time_ns", "timestamp", "time", "datetime", "date_time", "t", "unix_time", "unixtime", "epoch", "zeit"),
-    "time stamp",
-    "seconds_elapsed",
-    "firstseen",
-)
-"""Names of a column of times, those looked for first first; a unit may follow: ``timestamp_ms``."""
 _UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
 _UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNORECASE)
 MOST_NS = 2**62
@@ -43,7 +33,7 @@ _ENOUGH_INSIDE = 0.5
 
 
 _LONGEST_NAME = 200
-"""No column of times has a longer name; a damaged file's may have millions of characters, each a place to look at."""
+"""No column has a longer name; a damaged file's may have millions of characters, each a place to look at."""
 
 
 class Clock(StrEnum):
@@ -70,24 +60,13 @@ def time_column(columns: Sequence[str], wanted: str | None) -> str:
         if wanted not in columns:
             raise UsageError(f"--time-column {wanted}: there is no such column; the table has: {', '.join(columns)}")
         return wanted
-    known = _known_time(columns)
-    if known is None:
-        found = ", ".join(columns)[:_SHOWN]
+    found = find_columns(columns, (TIME,)).get(TIME)
+    if found is None:
         raise UsageError(
-            f"no column has a known name of times ({', '.join(TIME_COLUMNS)}); name it with --time-column. The header "
-            f"was read as: {found}"
+            f"no column has a known name of times ({', '.join(KNOWN_NAMES[TIME])}); name it with --time-column. The "
+            f"header was read as: {', '.join(columns)[:_SHOWN]}"
         )
-    return known
-
-
-def _known_time(columns: Sequence[str]) -> str | None:
-    plain = {name.strip().lower(): name for name in reversed(columns) if len(name) <= _LONGEST_NAME}
-    for known in TIME_COLUMNS:
-        for name, written in plain.items():
-            with_unit = _UNIT.fullmatch(name)
-            if name == known or (with_unit and with_unit.group(1) == known):
-                return written
-    return None
+    return found.name
 
 
 def table_times(
@@ -98,15 +77,17 @@ def table_times(
     unit: str | None,
     zone: str | None,
     aligned: bool = False,
-    header_line: int = 1,
+    lines: pl.Series | None = None,
 ) -> TableTimes:
     """Read times; ``spans_ns`` (s, 2) are the walks', boot clock.
 
-    Clock and unit follow from the name's unit and by magnitude, unless given. Times that can be ``aligned`` need not
-    lie in any walk; such numbers that name no unit are seconds then. Raises UsageError if nothing can be read, times
-    are rounded, the clock was changed by an hour, or ISO 8601 times have no zone and ``zone`` is not given.
+    Clock and unit follow from the name's unit and by magnitude, unless given. ``lines`` (n,) are those of the values in
+    the file. Times that can be ``aligned`` need not be in any walk; such numbers that name no unit are seconds then.
+    Raises UsageError if nothing can be read, times are rounded, the clock was changed by an hour, or ISO 8601 times
+    have no zone and ``zone`` is not given.
     """
     texts = values.cast(pl.String).str.strip_chars()
+    texts = texts.str.replace(r"^(\d{4})[/-](\d\d)[/-](\d\d)[T _-]", "${1}-${2}-${3} ")
     if clock is None and (texts.str.contains(r"^\d{4}-\d\d-\d\d[T ]").sum() or 0) > len(texts) / 2:
         times = _iso_times(values.name, texts, zone)
     else:
@@ -114,18 +95,24 @@ def table_times(
     rows = np.flatnonzero(times.usable)
     changed = clock_change(times.time_ns[rows])
     if changed is not None:
+        line = _lines(values, lines)[int(rows[changed])]
         raise UsageError(
-            f"column {values.name}: the clock was changed by an hour at line {rows[changed] + header_line + 1}, as for "
+            f"column {values.name}: the clock was changed by an hour at line {line}, as for "
             "daylight saving; write the times in UTC, or pass the rows before and after it as two tables"
         )
     return times
 
 
-def time_findings(values: pl.Series, times: TableTimes, file: str, header_line: int = 1) -> list[Finding]:
+def time_findings(values: pl.Series, times: TableTimes, file: str, lines: pl.Series | None = None) -> list[Finding]:
     """Report cells of a column of times that are neither empty nor readable."""
-    rows = values.to_frame().with_row_index("row", header_line + 1).with_columns(pl.col("row").cast(pl.Int64))
+    rows = pl.DataFrame({"row": _lines(values, lines), values.name: values})
     unreadable = pl.Series(~times.usable) & (values.cast(pl.String).str.strip_chars() != "")
     return unreadable_cells(rows, values.name, unreadable, file)
+
+
+def _lines(values: pl.Series, lines: pl.Series | None) -> pl.Series:
+    """The line of each value; below a header in line 1 by default."""
+    return pl.int_range(2, len(values) + 2, dtype=pl.Int64, eager=True) if lines is None else lines
 
 
 def _numeric_times(
@@ -224,11 +211,8 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
     return TableTimes(time_ns, usable, Clock.UNIX, f"column {name}: date and time (ISO 8601)")
 
 
-_MAX_PREAMBLE = 20
-_PREAMBLE = re.compile(r"#|sep=")
 _SHOWN = 120
 """Letters of a wrong header that a message repeats."""
-PARQUET = (".parquet", ".pq")
 _BRACKETS = r"[ _.-]*[\[(]\s*(?P<{}>[^)\]]*?)\s*[\])]"
 _SUFFIX = rf"(?:{_BRACKETS.format('behind')}|[ _.-](?P<suffix>{UNIT_IN_NAME}))?"
 _AXIS = rf"(?:{_BRACKETS.format('before')})?[ _.-]*(?P<axis>[xyz]){_SUFFIX}"
@@ -242,47 +226,7 @@ _OTHER_SENSORS = {
     "PRESSURE": re.compile(rf"(?:(?:air|barometric|atmospheric|barometer)[ _]?)?(?:pressure|baro){_SUFFIX}"),
 }
 """Columns that are read if the table also has motion; a pressure has no axes."""
-_SENDERS = ("bssid", "mac")
-_LEVELS = ("rssi_dbm", "rssi", "rss", "level", "dbm", "signal")
 _OF_LABELS = frozenset(("row", "time_ns", "repeated", "floor", "device", "session", "x", "y", "z", "sigma", "status"))
-
-
-def read_table(path: Path) -> tuple[pl.DataFrame, int]:
-    """Read a CSV file, all columns as text, or a Parquet file; raises UsageError where it cannot be read.
-
-    Returns the line of the header, too: lines above it that state a separator or a comment are not part of the table.
-    """
-    try:
-        if path.suffix.lower() in PARQUET:
-            return read_parquet(path), 1
-        raw = read_bytes(path)
-        if raw.startswith(b"PK"):
-            raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
-        text, _ = decoded(raw)
-        above, header = _header(text.split("\n", _MAX_PREAMBLE))
-        body = "\n".join((header, *text.split("\n")[above + 1 :]))
-        return _csv(path, body, separator_of(header), above), above + 1
-    except (OSError, pl.exceptions.PolarsError) as error:
-        why = error.strerror if isinstance(error, OSError) and error.strerror else first_line(error)
-        raise UsageError(f"{path}: cannot be read as CSV or Parquet ({why})") from error
-
-
-def _csv(path: Path, body: str, separator: str, above: int) -> pl.DataFrame:
-    try:
-        return read_csv(body.encode(), separator=separator, infer_schema=False)
-    except pl.exceptions.PolarsError as error:
-        if (surplus := surplus_fields(body, separator, above)) is not None:
-            raise UsageError(f"{path}: {surplus}") from error
-        raise
-
-
-def _header(lines: Sequence[str]) -> tuple[int, str]:
-    """Number of lines above the header, and the header: the first line that names times, else the first of fields."""
-    plain = [line.lstrip("# ").rstrip("\r") for line in lines]
-    named = (i for i, line in enumerate(plain[:_MAX_PREAMBLE]) if _known_time(line.split(separator_of(line))))
-    others = (i for i, line in enumerate(lines) if line.strip() and not _PREAMBLE.match(line))
-    above = next(named, next(others, 0))
-    return above, plain[above]
 
 
 def sensor_columns(columns: Sequence[str], sensor: str) -> tuple[list[str], str | None]:
@@ -304,9 +248,8 @@ def sensor_columns(columns: Sequence[str], sensor: str) -> tuple[list[str], str 
 
 def level_columns(columns: Sequence[str]) -> tuple[str, str] | None:
     """The columns of access points and their levels; None where the table has none."""
-    plain = {name.strip().lower(): name for name in columns}
-    level, sender = (next((plain[name] for name in known if name in plain), None) for known in (_LEVELS, _SENDERS))
-    return None if level is None or sender is None else (sender, level)
+    found = find_columns(columns, ("address", "level"))
+    return (found["address"].name, found["level"].name) if len(found) == 2 else None
 
 
 def readings_in(rows: pl.DataFrame) -> pl.DataFrame | None:
@@ -314,8 +257,8 @@ def readings_in(rows: pl.DataFrame) -> pl.DataFrame | None:
     columns = level_columns(rows.columns)
     if columns is None:
         return None
-    names = {name.strip().lower(): name for name in rows.columns}
-    ssid = pl.col(names["ssid"]) if "ssid" in names else pl.lit("")
+    named = find_columns(rows.columns, ("ssid",)).get("ssid")
+    ssid = pl.lit("") if named is None else pl.col(named.name)
     return rows.select(
         bssid=pl.col(columns[0]).cast(pl.String).str.strip_chars(),
         ssid=ssid.cast(pl.String).fill_null(""),

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import UsageError, first_line
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.given_tables import GivenTable, frame_of, unix_ns
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.intake.time_units import FRAMES
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
@@ -23,15 +24,6 @@ from vislam2tag.site.landmark_file import landmarks_from, landmarks_in
 from vislam2tag.site.model import SessionKey, landmark_id
 from vislam2tag.site.site_table import SiteTable
 
-
-class _ArrowStream(Protocol):
-    """A table that gives its columns by the Arrow PyCapsule interface: of pandas, PyArrow, DuckDB and others."""
-
-    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
-
-
-Table: TypeAlias = pl.DataFrame | pl.LazyFrame | _ArrowStream
-"""Anything that Polars makes a data frame of."""
 Schema: TypeAlias = Mapping[str, type[pl.DataType]]
 
 LANDMARK_COLUMNS: Schema = {
@@ -50,20 +42,12 @@ _UNITS = {
 }
 
 
-def frame_of(table: Table, name: str) -> pl.DataFrame:
-    """Make a data frame of a table, whose columns stay; raises UsageError if it is none."""
-    try:
-        return table.collect() if isinstance(table, pl.LazyFrame) else pl.DataFrame(table)
-    except (TypeError, ValueError, ImportError, pl.exceptions.PolarsError) as error:
-        raise UsageError(f"{name}: expected a Polars, pandas or Arrow table: {first_line(error)}") from error
-
-
 def checked_column(frame: pl.DataFrame, name: str, column: str, kind: type[pl.DataType]) -> pl.Series:
     """One column of a table in its type; raises UsageError, with the first row, for values of another kind.
 
     Times and text must be in every row, and times must not be negative. A number that is missing becomes NaN.
     """
-    values = frame[column]
+    values = unix_ns(frame[column]) if kind is pl.Int64 else frame[column]
     typed = values.cast(kind, strict=False) if _fits(values.dtype, kind) else _nulls(column, kind, len(values))
     wrong = typed.is_null() & values.is_not_null()
     if kind is pl.String:
@@ -87,7 +71,7 @@ def _nulls(column: str, kind: type[pl.DataType], count: int) -> pl.Series:
     return pl.Series(column, [None], dtype=kind).new_from_index(0, count)
 
 
-def _checked(table: Table, name: str, schema: Schema) -> pl.DataFrame:
+def _checked(table: GivenTable, name: str, schema: Schema) -> pl.DataFrame:
     """The columns of a schema in their types, behind ``row``, which counts from 1; other columns are left out."""
     frame = frame_of(table, name)
     missing = [column for column in schema if column not in frame.columns and column not in _OPTIONAL]
@@ -104,7 +88,7 @@ def _checked(table: Table, name: str, schema: Schema) -> pl.DataFrame:
 
 
 def landmarks_in_memory(
-    table: Table, floor: int | None, default_sigma_m: float
+    table: GivenTable, floor: int | None, default_sigma_m: float
 ) -> tuple[Landmarks, int, list[Finding]]:
     """The landmarks of a table, the floor on which the walk starts, and findings on rows that cannot be used.
 
@@ -125,7 +109,7 @@ def landmarks_in_memory(
 
 
 def session_in_memory(
-    key: SessionKey, poses: Table, sightings: Table, sensors: Table | None, settings: FindingSettings
+    key: SessionKey, poses: GivenTable, sightings: GivenTable, sensors: GivenTable | None, settings: FindingSettings
 ) -> Session:
     """Make a session of its tables, as reading its files would; raises UsageError for tables that are none of it."""
     frames = _checked(poses, "poses", CAMERA_SCHEMA)

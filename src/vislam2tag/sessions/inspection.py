@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from pathlib import Path
+from typing import ClassVar
 
 from vislam2tag.common.errors import SessionError
 from vislam2tag.common.files.given_files import AnyPath
@@ -12,6 +13,7 @@ from vislam2tag.common.files.store import shown
 from vislam2tag.common.findings import NOT_RUN, Answer, Finding, Judgement, Severity, count_of, counted
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
 from vislam2tag.sessions.readings import median_scan_interval_s
@@ -77,6 +79,8 @@ class SessionOverview(Record):
     ended: str | None = None
     """How the recording ended, by the recorder's word; None where it says nothing of itself."""
     scans_refused: int | None = None
+    columns: str = ""
+    """The content of a ``columns.toml`` that names the columns as they were read; empty for formats without names."""
     findings: tuple[Finding, ...] = ()
 
     @property
@@ -88,8 +92,10 @@ class SessionOverview(Record):
         return self.error is None and placed and all(each.severity != Severity.ERROR for each in self.findings)
 
 
-class Inspection(Record):
+class Inspection(Result):
     """A whole survey: site, sessions, findings of the site's own files."""
+
+    main_table: ClassVar[str] = "sessions"
 
     survey: str
     floors: tuple[FloorOverview, ...]
@@ -229,6 +235,7 @@ def _amounts(session: Session) -> dict[str, object]:
         "sensor_rows": session.tables["sensors"].height,
         "ble_rows": session.tables["ble"].height if "ble" in session.tables else None,
         "presses": len(session.presses_ns),
+        "columns": session.columns,
         "fixes": None if session.camera.fixes is None else len(session.camera.fixes.time_ns),
         "ended": session.recording.ended if session.recording else None,
         "scans_refused": session.recording.scans_refused if session.recording else None,

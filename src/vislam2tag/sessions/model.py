@@ -132,3 +132,5 @@ class Session:
     """Known positions of a walk without poses, in degrees; None where the log gives metres, or none."""
     attached: Mapping[str, Attachment] = field(default_factory=dict)
     """The tables that a companion recorded, by name."""
+    columns: str = ""
+    """The content of a ``columns.toml`` that names the columns as they were read; empty for formats without names."""

@@ -18,6 +18,7 @@ from vislam2tag.core.arrays import FloatArray, IntArray, joint_columns, of_landm
 from vislam2tag.core.limits import MAX_CONTROL_POINTS, MAX_JOINT_LANDMARKS
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.intake.extents import MAX_LOCAL_M, too_far
+from vislam2tag.intake.foreign_table import XLSX
 from vislam2tag.site.landmark_states import (
     StateRow,
     SurveyedLandmark,
@@ -32,7 +33,6 @@ from vislam2tag.site.model import ControlPoints, landmark_id
 from vislam2tag.site.site_table import (
     CONTROL_POINTS,
     LANDMARKS,
-    XLSX,
     LineCounts,
     SiteTable,
     finite_or_none,

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import csv
 import errno
-import io
 import math
 import re
 import stat
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
 
 from vislam2tag.common.documentation import page_of
-from vislam2tag.common.errors import MissingExtraError, SurveyError, first_line, import_extra
+from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity, at_lines_if
 from vislam2tag.intake.cells import has_decimal_commas, without_unit
+from vislam2tag.intake.columns import EAST, FLOOR, HEIGHT, NORTH
+from vislam2tag.intake.foreign_table import NOT_UTF8, XLSX, Line, decoded, sheet_lines
 
 _NO_LETTER = re.compile(r"[^a-zäöü]")
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+")
@@ -43,15 +43,13 @@ class TableColumns:
         return next((column for column, others in self.names.items() if plain in (column, *others.split())), None)
 
 
-_EAST = "e east easting ost ostwert rechts rechtswert rw xcoord xcoordinate xpos xposition posx"
-_NORTH = "n north northing nord nordwert hoch hochwert hw ycoord ycoordinate ypos yposition posy"
-_FLOOR = "level storey story etage stockwerk geschoss stock ebene floornumber"
+_FLOOR = f"level {FLOOR}"
 LANDMARKS = TableColumns(
     {
         "id": "name marker markerid landmark landmarkid no nr number nummer punkt punktnr point pointid marke",
-        "x": _EAST,
-        "y": _NORTH,
-        "z": "h height elevation altitude hoehe höhe zcoord zcoordinate zpos posz",
+        "x": EAST,
+        "y": NORTH,
+        "z": HEIGHT,
         "floor": _FLOOR,
         "sigma_m": "sigma sd std accuracy genauigkeit",
         "heading_rad": "",
@@ -64,10 +62,10 @@ LANDMARKS = TableColumns(
     needed=("x", "y"),
 )
 CONTROL_POINTS = TableColumns(
-    {"x": _EAST, "y": _NORTH, "id": LANDMARKS.names["id"]}, frozenset({"id"}), first=("x", "y"), needed=("x", "y")
+    {"x": EAST, "y": NORTH, "id": LANDMARKS.names["id"]}, frozenset({"id"}), first=("x", "y"), needed=("x", "y")
 )
 ROOMS = TableColumns(
-    {"id": "name room raum raumnummer zimmer label bezeichnung number no nr nummer", "x": _EAST, "y": _NORTH},
+    {"id": "name room raum raumnummer zimmer label bezeichnung number no nr nummer", "x": EAST, "y": NORTH},
     frozenset({"id"}),
     first=("id",),
     needed=("x", "y"),
@@ -130,10 +128,6 @@ def _column(written: str, columns: TableColumns) -> tuple[str | None, float]:
     return columns.of(text), 1.0
 
 
-XLSX = ".xlsx"
-NOT_UTF8 = "is not UTF-8 and was read as Windows-1252; check names with special letters"
-Line: TypeAlias = tuple[int, tuple[str, ...]]
-"""1-based line, or row of a sheet, and its fields, stripped."""
 _SEPARATOR_LINE = re.compile(r"sep=(.)")
 _SHOWN = 120
 """Letters of a wrong header that a message repeats."""
@@ -270,43 +264,6 @@ def _text_lines(path: Path) -> tuple[list[Line], list[str]]:
     if separator != ",":
         guesses.append(f"fields are separated by {'tabs' if separator == chr(9) else separator}")
     return [(number, _fields(line, separator)) for number, line in numbered], guesses
-
-
-def decoded(raw: bytes) -> tuple[str, int | None]:
-    """Text in UTF-8 or UTF-16 (by its byte order mark), else in Windows' code page, and the line that shows it."""
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16", errors="replace"), None
-    try:
-        return raw.decode("utf-8-sig"), None
-    except UnicodeDecodeError as error:
-        return raw.decode("cp1252", errors="replace"), raw[: error.start].count(b"\n") + 1
-
-
-def sheet_lines(path: Path) -> tuple[list[Line], list[str]]:
-    """Rows of the first sheet of an XLSX file that are not blank, and its name where there are more sheets.
-
-    Raises OSError where it cannot be read, MissingExtraError if the package that reads it is missing.
-    """
-    raw = read_bytes(path)
-    try:
-        openpyxl = import_extra("openpyxl")
-        book = openpyxl.load_workbook(io.BytesIO(raw), read_only=True, data_only=True)
-        sheet = book.worksheets[0]
-        rows = [tuple(map(_cell_text, row)) for row in sheet.iter_rows(values_only=True)]
-    except MissingExtraError:
-        raise
-    except Exception as error:  # a damaged archive or document: its reader has errors of many libraries
-        raise OSError(errno.EINVAL, f"it is not a readable XLSX file: {first_line(error)}", str(path)) from error
-    guesses = (
-        [f"of {len(book.worksheets)} sheets the first, {sheet.title}, was read"] if len(book.worksheets) > 1 else []
-    )
-    return [(number, row) for number, row in enumerate(rows, start=1) if any(row)], guesses
-
-
-def _cell_text(value: object) -> str:
-    if isinstance(value, float) and value.is_integer():
-        value = int(value)  # a spreadsheet has no other numbers: an id 7 is 7.0 there
-    return "" if value is None else str(value).strip()
 
 
 def site_finding(kind: FindingKind, file: str, message: str, severity: Severity = Severity.WARNING) -> Finding:

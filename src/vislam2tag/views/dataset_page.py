@@ -57,7 +57,7 @@ def dataset_page(
         "version": __version__,
         "statistics": statistics,
         "technology": technology,
-        "names": {"wifi": "Wi-Fi", "ble": "BLE"},
+        "names": {"wifi": "Wi-Fi", "ble": "BLE", "wifi+ble": "Wi-Fi and BLE"},
         "table": Table3.of(statistics.by_device, statistics.walks),
         "floors": [
             floor_map(dataset, name, covered, colours, walked.get(covered.storey))

@@ -76,7 +76,7 @@ def write_radio_map_page(out_file: Path, title: str, floors: Sequence[dict[str, 
         "title": title,
         "version": __version__,
         "floors": sorted(floors, key=lambda floor: floor["technology"] != "wifi"),
-        "technologies": {"wifi": "Wi-Fi", "ble": "BLE"},
+        "technologies": {"wifi": "Wi-Fi", "ble": "BLE", "wifi+ble": "Wi-Fi and BLE"},
         "gradient": _gradient,
         "scales": {layer: (scale, _gradient(scale)) for layer, scale in SCALES.items()},
     }

@@ -49,6 +49,7 @@ export const de: Record<Word, string> = {
   'radio_unit.sigma_db': 'dB',
   'technology.wifi': 'WLAN',
   'technology.ble': 'Bluetooth',
+  'technology.wifi+ble': 'WLAN und Bluetooth',
   'change_kind.unchanged': 'unverändert',
   'change_kind.appeared': 'neu',
   'change_kind.vanished': 'verschwunden',

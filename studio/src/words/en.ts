@@ -47,6 +47,7 @@ export const en = {
   'radio_unit.sigma_db': 'dB',
   'technology.wifi': 'Wi-Fi',
   'technology.ble': 'Bluetooth',
+  'technology.wifi+ble': 'Wi-Fi and Bluetooth',
   'change_kind.unchanged': 'unchanged',
   'change_kind.appeared': 'appeared',
   'change_kind.vanished': 'vanished',

@@ -116,14 +116,27 @@ def test_columns_may_be_named_by_addresses_that_are_not_masked(tmp_path: Path) -
 
 def test_wifine_has_walks_their_times_and_a_split(tmp_path: Path) -> None:
     train = wifine("train/train_4_1.csv", "-48.0,-100.0,1,0.0,1,2,0.5,0", "-50,-60,2,3.95,4,5,0.5,0")
-    dataset = read(tmp_path, "wifine", train | wifine("val/val_45_e_1.csv", "-100.0,-71.5,1,0.0,7,8,9,1"))
+    dataset = read(tmp_path, "wifine", train | wifine("test/test_45_e_1.csv", "-100.0,-71.5,1,0.0,7,8,9,1"))
     assert dataset.fingerprints.collect().select("scan_id", "floor", "x", "z", "start_ns", "readings").rows() == [
+        ("test_45_e_1/wifi/000000", 1, 7.0, 9.0, 0, 1),
         ("train_4_1/wifi/000000", 0, 1.0, 0.5, 0, 1),
         ("train_4_1/wifi/000001", 0, 4.0, 0.5, 3_950_000_000, 2),
-        ("val_45_e_1/wifi/000000", 1, 7.0, 9.0, 0, 1),
     ]
-    assert dataset.readings.collect()["bssid"].to_list() == ["ap0", "ap0", "ap1", "ap1"]
-    assert parts(dataset) == ["train", "train", "test"]
+    assert dataset.readings.collect()["bssid"].to_list() == ["ap1", "ap0", "ap0", "ap1"]
+    assert parts(dataset) == ["test", "train", "train"]
+
+
+def test_wifine_validation_walks_are_in_neither_part_of_the_official_split(tmp_path: Path) -> None:
+    train = wifine("train/train_4_1.csv", "-48.0,-100.0,1,0.0,1,2,0.5,0")
+    val = wifine("val/val_45_e_1.csv", "-100.0,-71.5,1,0.0,7,8,9,1")
+    test = wifine("test/test_46_e_1.csv", "-100.0,-70.5,1,0.0,7,8,9,1")
+    groups = read(tmp_path / "all", "wifine", train | val | test).splits["official"].groups
+    assert dict(groups.select(pl.col("id").str.split("_").list.first(), "group").rows()) == {
+        "train": "train",
+        "val": None,
+        "test": "test",
+    }
+    assert "official" not in read(tmp_path / "without", "wifine", train | val).splits
 
 
 def test_the_long_term_set_has_months_walks_and_times(tmp_path: Path) -> None:
@@ -204,6 +217,109 @@ def test_wrong_missing_or_double_files_are_reported(tmp_path: Path, name: str, f
     folder.mkdir(exist_ok=True)
     with pytest.raises(DatasetError, match=said):
         import_named(name).read(folder, ImportContext(Folder.at(tmp_path / "scratch")))
+
+
+def sod(building: str, part: str, view: str = "", levels: str = "-50,100", numbers: str = "46,18,1,1,4,3") -> Files:
+    """A sheet of SODIndoorLoc; ``numbers``: x, y, floor, building, user, phone."""
+    place, people = numbers.rsplit(",", 2)[0], ",".join(numbers.split(",")[-2:])
+    head = "MAC1,MAC2,ECoord,NCoord,FloorID,BuildingID,SceneID,UserID,PhoneID,SampleTimes"
+    return {f"{part}_{building}{view}.csv": f"{head}\n{levels},{place},1,{people},1\n"}
+
+
+def test_sodindoorloc_has_its_buildings_and_official_split(tmp_path: Path) -> None:
+    files = {
+        **sod("CETC331", "Training"),
+        **sod("CETC331", "Testing", levels="-60,-70"),
+        **sod("HCXY", "Training", "_AP_30", numbers="858.5,917,4,2,5,4"),
+        **sod("HCXY", "Testing", "_AP", levels="100,-80", numbers="859.5,917,4,2,5,4"),
+        **sod("HCXY", "Training", "_AP_Avg", levels="-105,-105", numbers="859.5,917,4,2,5,4"),
+        **sod("HCXY", "Training", "_All_Avg", numbers="859.5,917,4,2,5,4"),
+    }
+    dataset = read(tmp_path, "sodindoorloc", files)
+    found = dataset.fingerprints.select("session", "building", "floor", "x", "y", "device", "user").collect()
+    assert sorted(found.rows()) == [
+        ("Testing_CETC331", "CETC331", 1, 46.0, 18.0, "3", "4"),
+        ("Testing_HCXY_AP", "HCXY", 4, 859.5, 917.0, "4", "5"),
+        ("Training_CETC331", "CETC331", 1, 46.0, 18.0, "3", "4"),
+        ("Training_HCXY_AP_30", "HCXY", 4, 858.5, 917.0, "4", "5"),
+    ]
+    heard = dataset.readings.select("scan_id", "bssid", "rssi_dbm").collect()
+    assert sorted((scan.split("/")[0], *rest) for scan, *rest in heard.rows()) == [
+        ("Testing_CETC331", "CETC331 MAC1", -60.0),
+        ("Testing_CETC331", "CETC331 MAC2", -70.0),
+        ("Testing_HCXY_AP", "HCXY MAC2", -80.0),
+        ("Training_CETC331", "CETC331 MAC1", -50.0),
+        ("Training_HCXY_AP_30", "HCXY MAC1", -50.0),
+    ]
+    assert sorted(map(str, parts(dataset))) == ["test", "test", "train", "train"]
+
+
+def test_dungeon_assistant_has_heights_in_its_second_column(tmp_path: Path) -> None:
+    addresses = "02:1a:00:00:00:01,02:1a:00:00:00:02"
+    rows = "1.5,0.2,-3,2023-12-06 22:25:14,-61.0,\n2.5,0.3,4,2023-12-06 22:25:15,,-75.0\n"
+    (tmp_path / "own.csv").write_text(f"1,2,3,write_time,{addresses}\n{rows}")
+    assert import_format_of(tmp_path / "own.csv").name == "dungeon-assistant"
+    dataset = import_named("dungeon-assistant").read(tmp_path / "own.csv", ImportContext(Folder.at(tmp_path / "s")))
+    found = dataset.fingerprints.select("x", "y", "z", "floor", "start_ns").collect()
+    started = int(dt.datetime(2023, 12, 6, 22, 25, 14, tzinfo=dt.UTC).timestamp()) * 10**9
+    assert found.rows() == [(1.5, 3.0, 0.2, 0, started), (2.5, -4.0, 0.3, 0, started + 10**9)]
+    assert dataset.readings.select("bssid", "rssi_dbm").collect().rows() == [
+        ("02:1a:00:00:00:01", -61.0),
+        ("02:1a:00:00:00:02", -75.0),
+    ]
+
+
+def test_tuji1_has_phones_by_number(tmp_path: Path) -> None:
+    files = {
+        "RSS_training.csv": "-50,100\n100,-60\n",
+        "Coordinates_training.csv": "1.5,2.5,0,0,0,3\n3.5,4.5,0,0,0,1\n",
+        "RSS_testing.csv": "-70,-80\n",
+        "Coordinates_testing.csv": "5,6,0,0,0,5\n",
+    }
+    dataset = read(tmp_path, "tuji1", files)
+    assert sorted(dataset.fingerprints.select("x", "y", "device").collect().rows()) == [
+        (1.5, 2.5, "POCO"),
+        (3.5, 4.5, "S20"),
+        (5.0, 6.0, "A12"),
+    ]
+    assert sorted(map(str, parts(dataset))) == ["test", "train", "train"]
+
+
+def test_sets_of_the_comparison_have_training_and_test_files(tmp_path: Path) -> None:
+    files = {
+        "DSI1_trnrss.csv": "-50,100\n100,-60\n",
+        "DSI1_trncrd.csv": "1.5,2.5,0,2,0\n3.5,4.5,0,3,0\n",
+        "DSI1_tstrss.csv": "-70,-80\n",
+        "DSI1_tstcrd.csv": "5,6,0,2,0\n",
+    }
+    dataset = read(tmp_path, "trn-tst", files)
+    assert sorted(dataset.fingerprints.select("building", "floor", "x", "y").collect().rows()) == [
+        ("DSI1 0", 2, 1.5, 2.5),
+        ("DSI1 0", 2, 5.0, 6.0),
+        ("DSI1 0", 3, 3.5, 4.5),
+    ]
+    assert sorted(map(str, parts(dataset))) == ["test", "train", "train"]
+    assert set(dataset.access_points.collect()["bssid"]) == {"DSI1 WAP001", "DSI1 WAP002"}
+
+
+def test_real_sodindoorloc_is_whole(tmp_path: Path) -> None:
+    (archive,) = shared_folder("sodindoorloc").glob("*.tar.xz")
+    dataset = import_format_of(archive).read(archive, ImportContext(Folder.at(tmp_path)))
+    counts = dataset.fingerprints.group_by("session").len().sort("session").collect()
+    assert counts.rows() == [
+        ("Testing_CETC331", 840),
+        ("Testing_HCXY_AP", 860),
+        ("Training_CETC331", 955),
+        ("Training_HCXY_AP_30", 11370),
+    ]
+
+
+def test_real_dungeon_assistant_is_whole(tmp_path: Path) -> None:
+    (archive,) = shared_folder("dungeon-assistant").glob("*.tar.xz")
+    dataset = import_format_of(archive).read(archive, ImportContext(Folder.at(tmp_path)))
+    found = dataset.fingerprints.select(pl.len(), low=pl.col("z").min(), high=pl.col("z").max()).collect()
+    ((count, low, high),) = found.rows()
+    assert (count, round(low, 1), round(high, 1)) == (1957, -0.6, 2.1)
 
 
 def test_a_table_of_ones_own_by_its_description(tmp_path: Path) -> None:

@@ -98,6 +98,16 @@ def test_times_in_milliseconds_are_recognised(tmp_path: Path) -> None:
     assert "these are in milliseconds" in finding.message
 
 
+def test_times_that_a_spreadsheet_rounded_are_not_used(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    rows = "-60,100,1.5,2.5,3.0,1,0,0,4,5,1.38E+09\n100,-70,3.5,4.5,1.0,1,0,0,4,5,1.38E+09\n"
+    (tmp_path / "in" / "trainingData.csv").write_text(f"wap001,wap002,{TAIL.lower()}\n{rows}")
+    dataset = imported("uji", tmp_path / "in", tmp_path / "scratch")
+    found = dataset.fingerprints.select("x", "y", "floor", "start_ns").sort("x").collect()
+    assert found.rows() == [(1.5, 2.5, 3, None), (3.5, 4.5, 1, None)]
+    assert "rounded_times" in {finding.kind for finding in dataset.info.findings}
+
+
 def test_times_that_are_no_dates_are_reported(tmp_path: Path) -> None:
     folder = published(tmp_path / "UJIndoorLoc")
     file = folder / "validationData.csv"

@@ -296,3 +296,39 @@ def test_sources_that_cannot_be_used(survey: Path, labels: Path, built: Dataset,
     assert not (tmp_path / "set").exists()
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
     assert open_dataset(tmp_path / "good").info == built.info
+
+
+def test_scans_with_the_beacons_around_them_count_each_reading_once(labels: Path, tmp_path: Path) -> None:
+    both = build_dataset(labels, tmp_path / "both", DatasetSettings(ble_with_wifi=True, ble_window_s=1.0))
+    apart = build_dataset(labels, tmp_path / "apart", DatasetSettings())
+    (grouping,) = both.info.groupings
+    assert (grouping.technology, grouping.by, grouping.window_s) == ("wifi+ble", "scan", 1.0)
+    points = both.access_points.collect()
+    assert points.select("bssid", "technology").equals(apart.access_points.collect().select("bssid", "technology"))
+    scans, readings = both.fingerprints.collect(), both.readings.collect()
+    wifi = apart.fingerprints.filter(pl.col("technology") == "wifi").collect()
+    assert scans["scan_id"].str.replace("wifi+ble", "wifi", literal=True).to_list() == wifi["scan_id"].to_list()
+    kind = dict(points.select("bssid", "technology").iter_rows())
+    ends = apart.fingerprints.filter(pl.col("technology") == "wifi").select("session", "start_ns", "end_ns").collect()
+    left_out = kept = 0
+    for session, own in (
+        apart.readings.join(
+            apart.fingerprints.filter(pl.col("technology") == "ble").select("scan_id", "session"), on="scan_id"
+        )
+        .collect()
+        .group_by("session")
+    ):
+        of_walk = [(a - 500_000_000, b + 500_000_000) for name, a, b in ends.iter_rows() if name == session[0]]
+        for time_ns in own["time_ns"]:
+            inside = any(a <= time_ns <= b for a, b in of_walk)
+            kept, left_out = kept + inside, left_out + (not inside)
+    assert sum(kind[one] == "ble" for one in readings["bssid"]) == kept
+    found = {one.kind: one.count for one in both.info.findings}
+    assert found["readings_beside_no_scan"] == left_out
+    assert scans["readings"].sum() == readings.height
+
+
+def test_beacons_are_not_asked_for_in_vain(tmp_path: Path) -> None:
+    simulate(regular_survey(4, "none", (0,), ("LG",), 1, 30.0), tmp_path / "quiet")
+    with pytest.raises(UsageError, match="no session has BLE readings; remove this option"):
+        build_dataset(tmp_path / "quiet", tmp_path / "set", DatasetSettings(ble_with_wifi=True))

@@ -58,6 +58,19 @@ def sources(folder: Path, *floors: dict[str, object], buildings: tuple[str, ...]
     return open_sources(outs, buildings, [None] * len(outs), outs, Folder.at(folder / "scratch"))
 
 
+def test_the_building_of_the_site_is_that_of_the_source(tmp_path: Path) -> None:
+    def named(folder: str, *names: str) -> tuple[LabelledSource, ...]:
+        outs = [
+            write_out(tmp_path / folder / str(n), RUN | ({"building": name} if name else {}))
+            for n, name in enumerate(names)
+        ]
+        return open_sources(outs, (), [None] * len(outs), outs, Folder.at(tmp_path / folder / "scratch"))
+
+    assert [(one.building, one.prefixed) for one in named("one", "Hall")] == [("Hall", False)]
+    assert [(one.building, one.prefixed) for one in named("same", "Hall", "")] == [("Hall", False)] * 2
+    assert [(one.building, one.prefixed) for one in named("two", "Hall", "Annex")] == [("Hall", True), ("Annex", True)]
+
+
 def test_floors_that_agree_are_one(tmp_path: Path) -> None:
     floors, plans = merged_floors(sources(tmp_path, {}, {"name": "other"}, {"number": -1, "width_m": None}))
     assert [(floor.number, floor.name, floor.width_m) for floor in floors] == [(-1, "One", None), (1, "One", 60.0)]

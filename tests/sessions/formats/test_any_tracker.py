@@ -10,6 +10,7 @@ from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorP
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message_factory import GetMessageClass
 from mcap.writer import Writer
+from scipy.spatial.transform import Rotation
 
 from tests.sessions.formats.app_recordings import POSITION, TIME_S, TURN, mcap
 from vislam2tag.common.errors import SessionError
@@ -118,3 +119,51 @@ def test_times_of_tum_poses_in_another_unit_are_recognised(tmp_path: Path, unit_
     session = read_session(SessionRef(SessionKey(1, "robot", "walk"), tmp_path, "tum", "slug"))
     assert "time_unit" in {each.kind for each in session.findings}
     assert np.ptp(session.camera.time_ns) * 1e-9 == pytest.approx(59 / 30, abs=0.002)
+
+
+def walk(folder: Path, file: str, fields: str, header: str = "", unit: float = 1.0, separator: str = " ") -> Session:
+    """Round a block, looking ahead, of a camera with y up in a frame with z up; ``fields`` name the columns."""
+    along = np.arange(0, 60, 0.1)
+    corner = np.array(((0, 0), (15, 0), (15, 10), (0, 10), (0, 0)), np.float64)
+    at = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(corner, axis=0), axis=1))))
+    x, z = (np.interp(along % at[-1], at, corner[:, i]) for i in (0, 1))
+    heading = np.arctan2(-np.gradient(x), -np.gradient(z))
+    turn = Rotation.from_euler("x", 90, degrees=True) * Rotation.from_euler("y", heading[:, None])
+    columns = dict(zip("abcd", turn.as_quat().T, strict=True)) | {"x": x, "y": -z, "z": 0 * x, "0": 0 * x}
+    times = [f"{(1_700_000_000 + t) / unit:.0f}" if unit < 1 else f"{1_700_000_000 + t:.3f}" for t in along.tolist()]
+    rows = [
+        separator.join(times[i] if name == "t" else f"{columns[name][i]:.9f}" for name in fields)
+        for i in range(len(along))
+    ]
+    (folder / file).write_text(header + "\n".join(rows) + "\n", encoding="utf-8")
+    session = read_session(SessionRef(SessionKey(1, "robot", "walk"), folder, "tum", "slug"))
+    np.testing.assert_allclose(session.camera.position_acs[:, 0], x, atol=1e-6)
+    np.testing.assert_allclose(session.camera.position_acs[:, 2], z, atol=1e-6)
+    assert np.ptp(session.camera.time_ns) * 1e-9 == pytest.approx(59.9, abs=0.002)
+    return session
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-6, 1e-9])
+def test_axes_are_found_by_plausibility_in_every_unit_of_time(tmp_path: Path, unit: float) -> None:
+    session = walk(tmp_path, "poses.tum", "txyzabcd", unit=unit)
+    (found,) = (each for each in session.findings if each.kind == "columns_guessed")
+    assert 'camera = "y-up" and frame = "z-up"' in found.message
+
+
+def test_layouts_of_other_programs(tmp_path: Path) -> None:
+    walk(tmp_path, "poses.tum", "txyzabcd0", "#timestamp x y z qx qy qz qw id\n")
+    walk(tmp_path, "poses.tum", "txyzabcd0", "timestamp,x,y,z,qx,qy,qz,qw,id\n", separator=",")
+    walk(tmp_path, "poses.tum", "txyzabcd0")
+    walk(tmp_path, "poses.tum", "txyzdabc")
+    walk(tmp_path, "poses.tum", "tdabcxyz", "t qw qx qy qz x y z\n")
+    (tmp_path / "poses.tum").unlink()
+    walk(tmp_path, "poses_euroc.csv", "txyzdabc" + "0" * 9, unit=1e-9, separator=",")
+    walk(tmp_path, "poses_euroc.csv", "txyzabcd", unit=1e-9, separator=",")
+
+
+def test_other_columns_are_named_with_the_expected_ones(tmp_path: Path) -> None:
+    (tmp_path / "poses.tum").write_text("time,lat,lon\n1,2,3\n", encoding="utf-8")
+    with pytest.raises(
+        SessionError, match=r"found 3 columns \(`time`, `lat`, `lon`\); expected time x y z qx qy qz qw"
+    ):
+        read_session(SessionRef(SessionKey(1, "robot", "walk"), tmp_path, "tum", "slug"))

@@ -144,7 +144,7 @@ def _parts(
     rows, odd = admitted(wifi_rows(session.wifi, session.key), "bssid", WIFI_FILE)
     nowhere = pl.DataFrame(schema=LABELLED[TRAJECTORY])
     walk = SessionWalk(session.slug, "", session.key.device, session.key.session, PhoneMotion.of(nowhere))
-    made = fingerprints_of(rows, TECHNOLOGY, walk, settings, math.inf)
+    made = fingerprints_of({TECHNOLOGY: rows}, TECHNOLOGY, walk, settings, math.inf)
     tables, findings = radio_parts([made])
     tables[SESSIONS] = _session_row(session, made.fingerprints)
     if session.sensors.is_file():

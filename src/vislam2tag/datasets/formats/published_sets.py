@@ -1,4 +1,4 @@
-"""Published data sets that are tables of levels: Tampere, UJI's library, UTSIndoorLoc and WiFine.
+"""Published data sets that are tables of levels; 100 means not heard, unless another level is stated.
 
 Tampere (Lohan et al., Data 2017, 2(4), 32): files ``Training_rss_*.csv``, ``..._coordinates_*.csv``,
 ``..._device_*.csv`` and ``..._date_*.csv``, and the same for ``Test_``. They have no headers, and one row for each
@@ -17,7 +17,23 @@ session.
 
 WiFine (Khassanov et al. 2021): trajectories of scans, one CSV file and session each, in the folders ``train``, ``val``
 and ``test``. Columns of levels (-100: not heard) are named by numbers from 0, followed by ``num_visible_APs``,
-``timestamp`` in seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``.
+``timestamp`` in seconds since the walk's start, ``x``, ``y``, ``z`` in metres and ``floorID``. In the official split
+the walks of ``val`` are in neither part.
+
+SODIndoorLoc (Bi et al., Satellite Navigation 2022, 3, 25): ``Training_BUILDING_AP_30.csv`` and
+``Testing_BUILDING_AP.csv`` of the buildings HCXY and SYL, ``Training_CETC331.csv`` and ``Testing_CETC331.csv``. Columns
+``MAC1`` and so on, which differ between buildings, ``ECoord`` and ``NCoord`` in local metres, ``FloorID``,
+``BuildingID``, ``UserID`` and ``PhoneID``. Its other sheets (``All``, ``Avg``) are views of the same scans.
+
+DungeonAssistant (Qin 2023): ``dataset.csv``, one walk with an AR app. The columns ``1``, ``2``, ``3`` are x, y (up) and
+z in metres, ``write_time`` is local time, all others are levels (empty: not heard) by address.
+
+TUJI1 (Torres-Sospedra et al., 2023): ``RSS_training.csv``, ``Coordinates_training.csv`` and the same of ``testing``,
+without headers. The coordinates begin with x and y in metres and end with the number of the phone.
+
+``trn-tst``, the layout of DSI, LIB, MINT, TUT, MAN, SAH, TIE and others in the comparison by Torres-Sospedra et al.
+(Sensors 2020, 20(18)): ``NAME_trnrss.csv``, ``NAME_trncrd.csv`` and the same of ``tst``, without headers. The
+coordinates are x, y and height in metres, floor and building.
 """
 
 from __future__ import annotations
@@ -193,7 +209,114 @@ WIFINE = FingerprintTables(
         "floor": pl.col("floorID").cast(pl.Int32),
         "session": pl.col(FILE),
         "time_ns": (pl.col("timestamp") * 1e9).round().cast(pl.Int64),
-        "part": pl.when(pl.col(WALK).str.starts_with("train")).then(pl.lit(TRAIN)).otherwise(pl.lit(TEST)),
+        "part": pl.col(WALK).str.extract(r"^(train|test)_"),
     },
 )
 WIFINE.register()
+
+
+_SOD_BUILDINGS = {"1": "CETC331", "2": "HCXY", "3": "SYL"}
+_SOD_PLACE = ("ECoord", "NCoord", "FloorID")
+SODINDOORLOC = FingerprintTables(
+    SetDescription(
+        "sodindoorloc",
+        name="sodindoorloc",
+        title="SODIndoorLoc",
+        description="Corridors, offices and meeting rooms of up to three buildings, surveyed at points.",
+        clock="none",
+    ),
+    files=re.compile(r"(?P<walk>(Training|Testing)_(?P<owner>CETC331|HCXY|SYL))(_AP(_30)?)?\.csv", re.IGNORECASE),
+    none_found="contains no Training_CETC331.csv, Training_HCXY_AP_30.csv or Testing_HCXY_AP.csv of SODIndoorLoc",
+    columns={
+        **dict.fromkeys(_SOD_PLACE, pl.Float64()),
+        **dict.fromkeys(("BuildingID", "UserID", "PhoneID"), pl.String()),
+    },
+    access_points=re.compile(r"MAC\d+", re.IGNORECASE),
+    access_points_of="owner",
+    needed=_SOD_PLACE,
+    fields={
+        "building": pl.col("BuildingID").replace(_SOD_BUILDINGS),
+        "floor": pl.col("FloorID").cast(pl.Int32),
+        "x": pl.col("ECoord"),
+        "y": pl.col("NCoord"),
+        "device": pl.col("PhoneID"),
+        "user": pl.col("UserID"),
+        "session": pl.col(FILE),
+        "part": pl.when(pl.col(WALK).str.starts_with("training")).then(pl.lit(TRAIN)).otherwise(pl.lit(TEST)),
+    },
+)
+SODINDOORLOC.register()
+
+
+_DUNGEON_TIME = pl.col("write_time").str.to_datetime("%Y-%m-%d %H:%M:%S", time_unit="ns", strict=False)
+DUNGEON_ASSISTANT = FingerprintTables(
+    SetDescription(
+        "dungeon-assistant",
+        name="dungeon-assistant",
+        title="DungeonAssistant",
+        description="One floor, walked with an AR app; times are the phone's local time.",
+        licence="MIT",
+        frame="the AR app's, metres",
+    ),
+    files=re.compile(r"dataset\.csv", re.IGNORECASE),
+    recognised_by=re.compile(r"dungeon.*/dataset\.csv", re.IGNORECASE),
+    none_found="contains no dataset.csv of DungeonAssistant",
+    columns={**dict.fromkeys("123", pl.Float64()), "write_time": pl.String()},
+    access_points=re.compile(r"(?!)"),
+    needed=("1", "2", "3"),
+    by_header=True,
+    fields={
+        "x": pl.col("1"),
+        "y": -pl.col("3"),
+        "z": pl.col("2"),
+        "floor": pl.lit(0, pl.Int32),
+        "session": pl.col(FILE),
+        "time_ns": _DUNGEON_TIME.cast(pl.Int64),
+        "date": _DUNGEON_TIME.cast(pl.Date),
+    },
+)
+DUNGEON_ASSISTANT.register()
+
+
+_TUJI_PHONES = {"1": "S20", "2": "S7", "3": "POCO", "4": "tabS7", "5": "A12"}
+TUJI1 = FingerprintTables(
+    SetDescription(
+        "tuji1",
+        name="tuji1",
+        title="TUJI1",
+        description="One floor of an office, surveyed at points with five phones.",
+        clock="none",
+    ),
+    files=re.compile(r"(?P<role>RSS|Coordinates)_(?P<walk>training|testing)\.csv", re.IGNORECASE),
+    none_found="contains no RSS_training.csv or RSS_testing.csv of TUJI1",
+    missing="has no {role}_{walk}.csv; expected RSS and Coordinates of each part",
+    companions={"coordinates": dict.fromkeys(("x", "y", "z", "floor", "building", "phone"), pl.Float64())},
+    fields={
+        **{name: pl.col(name) for name in "xy"},
+        "floor": pl.col("floor").cast(pl.Int32),
+        "device": pl.col("phone").cast(pl.Int32).cast(pl.String).replace(_TUJI_PHONES),
+        "session": pl.col(FILE),
+        "part": pl.col(WALK).replace_strict({"training": TRAIN, "testing": TEST}),
+    },
+)
+TUJI1.register()
+
+
+TRN_TST = FingerprintTables(
+    SetDescription("trn-tst", clock="none", frame="that of the data set, metres"),
+    files=re.compile(r"(?P<walk>(?P<owner>[A-Za-z]+\d*)_(trn|tst))(?P<role>rss|crd)\.csv", re.IGNORECASE),
+    none_found="contains no NAME_trnrss.csv and NAME_trncrd.csv, such as DSI1_trnrss.csv",
+    missing="has no {walk}{role}.csv; expected rss and crd of each part",
+    companions={"crd": dict.fromkeys(("x", "y", "height", "floor", "building"), pl.Float64())},
+    access_points_of="owner",
+    fields={
+        **{name: pl.col(name) for name in "xy"},
+        "floor": pl.col("floor").cast(pl.Int32),
+        "building": pl.concat_str(
+            pl.col(WALK).str.replace("_t..$", "").str.to_uppercase(), pl.col("building").cast(pl.Int32), separator=" "
+        ),
+        "session": pl.col(FILE),
+        "part": pl.when(pl.col(WALK).str.ends_with("trn")).then(pl.lit(TRAIN)).otherwise(pl.lit(TEST)),
+    },
+)
+TRN_TST.register()

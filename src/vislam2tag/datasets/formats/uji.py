@@ -85,6 +85,7 @@ TABLES = FingerprintTables(
     columns=TAIL,
     access_points=re.compile(r"WAP\d+"),
     needed=("LONGITUDE", "LATITUDE", "FLOOR"),
+    times=frozenset({"TIMESTAMP"}),
     strength=STRENGTH,
     by_header=True,
     lone_part=False,

@@ -23,6 +23,7 @@ from vislam2tag.datasets.privacy import Privacy, with_privacy
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
 from vislam2tag.datasets.settings import DatasetSettings
 from vislam2tag.datasets.statistics_record import FieldWork
+from vislam2tag.datasets.technologies import BLE, WIFI, parts_of
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.datasets.finish import finish_dataset
 from vislam2tag.pipeline.datasets.sources import (
@@ -114,6 +115,10 @@ def build_dataset(
         with scratch_folder(folder.out) as scratch:
             opened = _labelled(folders, scratch, options, jobs, progress)
             tell(_left_out(opened, named=True))
+            if settings.ble_with_wifi and not any(one.has(BLE) for each in opened for one in each.labelled.sessions):
+                raise UsageError(
+                    "--ble-with-wifi: no session has BLE readings; remove this option, or record BLE advertisements too"
+                )
             floors, plans = merged_floors(opened)
             todo = list(_session_jobs(opened, scratch.folder("parts"), settings, options.max_sigma_m))
             outcomes = _build_sessions(todo, jobs, progress)
@@ -253,8 +258,12 @@ def _join_parts(folder: FolderWriter) -> None:
 def _groupings(outcomes: Sequence[SessionOutcome], settings: DatasetSettings) -> tuple[Grouping, ...]:
     """Rule for building fingerprints from readings, for each technology that occurs."""
     technologies = sorted({name for outcome in outcomes for name in outcome.technologies})
-    windows = {name: settings.window_of(name) for name in technologies}
-    return tuple(
-        Grouping(technology=name, by="scan" if length_s is None else "window", window_s=length_s)
-        for name, length_s in windows.items()
-    )
+    return tuple(_grouping(name, settings) for name in technologies)
+
+
+def _grouping(technology: str, settings: DatasetSettings) -> Grouping:
+    window_s = settings.window_of(BLE if technology == BLE else WIFI)
+    if window_s is not None:
+        return Grouping(technology=technology, by="window", window_s=window_s)
+    around_s = settings.ble_window_s if BLE in parts_of(technology) else None
+    return Grouping(technology=technology, by="scan", window_s=around_s)

@@ -16,7 +16,7 @@ from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.coverage import CoverageRecord, floor_record
 from vislam2tag.datasets.folder import open_dataset_to_share
-from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.settings import CoverageSettings
 from vislam2tag.datasets.statistics import dataset_statistics
 from vislam2tag.datasets.statistics_record import Table3, table_3_csv, table_3_latex, table_3_markdown
@@ -47,7 +47,7 @@ def make_dataset_figures(
     """
     root, out = Path(root), Path(out)
     dataset = open_dataset_to_share(root, follow_links=follow_links)
-    settings, starts = settings or CoverageSettings(), starts or {}
+    settings, starts = settings or CoverageSettings(), _in_only_building(dataset, starts or {})
     statistics = dataset_statistics(dataset)
     technology = statistics.main[0] if statistics.main else "wifi"
     floors = covered_floors(dataset, technology, settings, starts)
@@ -72,6 +72,15 @@ def make_dataset_figures(
                 folder.write(f"{stem}.{kind}", partial(_write, figure, kind))
             progress(stem, len(figures))
     return record
+
+
+def _in_only_building(
+    dataset: Dataset, starts: Mapping[Storey, tuple[float, float]]
+) -> dict[Storey, tuple[float, float]]:
+    """Complete starts without a building, if the data set has one building."""
+    buildings = {floor.building for floor in dataset.info.floors}
+    only = buildings.pop() if len(buildings) == 1 else ""
+    return {Storey(storey.building or only, storey.floor): place for storey, place in starts.items()}
 
 
 def _refuse_unknown(starts: Mapping[Storey, tuple[float, float]], storeys: set[Storey]) -> None:

@@ -19,7 +19,7 @@ from vislam2tag.common.files.given_files import AnyPath, read_bytes
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.whole_output import exclusive_writer
 from vislam2tag.datasets.card import SUMS, write_card
-from vislam2tag.datasets.folder import FolderWriter, open_dataset, split_files
+from vislam2tag.datasets.folder import FolderWriter, dataset_in, open_dataset, split_files
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Split, Storey
 from vislam2tag.datasets.splits import split_findings, standard_splits
 from vislam2tag.datasets.statistics import dataset_statistics
@@ -66,7 +66,7 @@ def add_split(folder: AnyPath, split: Split) -> Dataset:
     Raises DatasetError if the folder does not contain a data set, UsageError if it has another split of that name,
     OutputError if nothing can be written or another command is writing.
     """
-    folder = Path(folder)
+    folder = dataset_in(Path(folder))
     if not _NAME.fullmatch(split.info.name):
         raise UsageError(f"--name {split.info.name}: use letters, digits, '.', '_' and '-' only")
     open_dataset(folder)  # refuses other folders before anything is written

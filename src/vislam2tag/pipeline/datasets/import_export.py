@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import ClassVar, Literal
 
 import polars as pl
 from pydantic import ValidationError
@@ -25,7 +25,7 @@ from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.datasets.description import Description, with_description
 from vislam2tag.datasets.folder import (
     dataset_folder,
@@ -36,6 +36,7 @@ from vislam2tag.datasets.folder import (
     sha256_of,
 )
 from vislam2tag.datasets.format_registry import (
+    LAST,
     LEVEL_OPTIONS,
     ExportContext,
     ExportFormat,
@@ -49,6 +50,7 @@ from vislam2tag.datasets.labelled import is_labelled
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
 from vislam2tag.datasets.writing import left_out, left_out_of_dataset
+from vislam2tag.intake.columns import ColumnNames, columns_toml, read_columns_file
 from vislam2tag.intake.extents import fingerprint_problem
 from vislam2tag.intake.level_scales import LevelScale
 from vislam2tag.labeling.tables import SCHEMAS
@@ -83,6 +85,12 @@ class ImportOptions:
     """The number for "not heard" in formats with a column for each access point; None: from the files."""
     levels: LevelScale | None = None
     """What the numbers in these formats mean, if they are not dBm."""
+    columns: AnyPath | None = None
+    """A ``columns.toml`` that names the columns of a table of the user's own."""
+
+
+COLUMNS_FILE = "columns.toml"
+"""How the columns of a table of the user's own were read, in the folder of the data set."""
 
 
 def import_format(
@@ -101,12 +109,16 @@ def import_format(
     with dataset_folder(out, "import", options.replace) as folder:
         with scratch_folder(folder.out) as scratch:
             with _reading(path):
-                given = (options.origin, progress, options.most_unpacked, options.not_heard, options.levels)
+                columns = None if options.columns is None else read_columns_file(Path(options.columns))
+                given = (options.origin, progress, options.most_unpacked, options.not_heard, options.levels, columns)
                 dataset = chosen.read(path, ImportContext(scratch, *given))
                 _refuse_other_units(path, dataset)
             dataset = with_privacy(dataset, options.privacy)
             folder.add(dataset)
         info = dataset.info if options.name is None else dataset.info.model_copy(update={"name": options.name})
+        if (known := info.sources[0].settings.get("columns")) is not None:
+            with folder.out.writing(COLUMNS_FILE) as file:
+                file.write(columns_toml(ColumnNames.model_validate(known)).encode())
         finish_dataset(folder, with_description(info, options.description) if options.description else info)
     return open_dataset(out)
 
@@ -114,7 +126,10 @@ def import_format(
 def _chosen(path: Path, options: ImportOptions) -> ImportFormat:
     if not path.exists():
         raise DatasetError(f"{path}: no such file or folder")
-    chosen = import_named(options.format_name) if options.format_name else import_format_of(path)
+    named = options.format_name or (None if options.columns is None else LAST)
+    chosen = import_named(named) if named else import_format_of(path)
+    if options.columns is not None and "columns" not in chosen.takes:
+        raise UsageError(f"--columns: the columns of {chosen.name} are known; remove this option")
     if options.origin is not None and "origin" not in chosen.takes:
         raise UsageError(f"--origin: positions of {chosen.name} are already in metres; remove this option")
     for name in LEVEL_OPTIONS:
@@ -147,8 +162,10 @@ def _reading(path: Path) -> Iterator[None]:
 RECORD_FILE = "export.json"
 
 
-class ExportRecord(Record):
+class ExportRecord(Result):
     """Contents of an export (``export.json``), written last."""
+
+    main_table: ClassVar[str] = "files"
 
     program: Literal["vislam2tag export"] = "vislam2tag export"
     version: str = __version__

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import ClassVar
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
@@ -17,9 +18,10 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.cell_grid import CellGrid
-from vislam2tag.datasets.folder import MANIFEST, open_dataset_to_share, sha256_of
+from vislam2tag.datasets.folder import MANIFEST, dataset_in, open_dataset_to_share, sha256_of
 from vislam2tag.datasets.map_process import MapKernel
 from vislam2tag.datasets.model import Dataset, Storey
 from vislam2tag.datasets.radio_maps import FloorMaps, RadioMap, radio_maps
@@ -179,8 +181,10 @@ class FloorIndex(Record):
     access_points: tuple[MapFile, ...]
 
 
-class RadioMapIndex(Record):
+class RadioMapIndex(Result):
     """``radio_maps.json``: sources, files and accuracy of the maps."""
+
+    main_table: ClassVar[str] = "floors"
 
     version: str
     dataset: str
@@ -225,7 +229,7 @@ def write_radio_maps(
         index_of_all = RadioMapIndex(
             version=__version__,
             dataset=dataset.info.name,
-            dataset_sha256=sha256_of(source / MANIFEST),
+            dataset_sha256=sha256_of(dataset_in(source) / MANIFEST),
             settings=settings,
             floors=tuple(floors),
         )

@@ -20,7 +20,6 @@ from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_i
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import (
     TECHNOLOGIES,
-    WIFI,
     PhoneMotion,
     SessionFingerprints,
     SessionWalk,
@@ -34,6 +33,7 @@ from vislam2tag.datasets.model import DatasetSource, FloorInfo
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, RTT, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.technologies import BOTH, WIFI, parts_of
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import RUN_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY
@@ -94,8 +94,9 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
         job = replace(job, max_sigma_m=result.max_sigma_m)
     trajectory = job.labelled.table(TRAJECTORY, SCHEMAS[TRAJECTORY])
     walk = SessionWalk(job.session, job.building, result.device, result.session, PhoneMotion.of(trajectory))
-    heard = (name for name in TECHNOLOGIES if name == WIFI or job.labelled.has(name))
-    tables, findings = radio_parts(_radio(job, walk, name) for name in heard)
+    wanted = (BOTH,) if job.settings.ble_with_wifi else TECHNOLOGIES
+    made = [_radio(job, walk, name) for name in wanted if WIFI in parts_of(name) or job.labelled.has(name)]
+    tables, findings = radio_parts(made)
     fingerprints = tables[FINGERPRINTS]
     windows, dropped = _windows(job, trajectory)
     tables |= {SESSIONS: _session_row(job, result, walk, len(fingerprints)), **windows, **_ranges(job)}
@@ -105,7 +106,7 @@ def _build_at_hand(job: SessionJob) -> SessionOutcome:
         message = "sessions were mapped, but have no radio readings"
         findings.append(Finding(kind="session_without_scan", file="", count=1, message=message))
     technologies = tuple(fingerprints["technology"].unique())
-    places = _places(trajectory, fingerprints.filter(technology=WIFI))
+    places = _places(trajectory, fingerprints.filter(pl.col("technology").is_in((WIFI, BOTH))))
     error = f"{result.slug}: no frame has a position" if result.unplaced else result.error
     return SessionOutcome(job.session, result.device, error, technologies, tuple(findings), places)
 
@@ -123,8 +124,11 @@ def _places(trajectory: pl.DataFrame, scans: pl.DataFrame) -> WalkPlaces:
 
 
 def _radio(job: SessionJob, walk: SessionWalk, technology: str) -> SessionFingerprints:
-    rows = radio_rows(job.labelled.table(technology, SCHEMAS[technology]), technology)
-    rows, odd = admitted(rows, "bssid", technology)
+    rows, odd = dict[str, pl.DataFrame](), list[Finding]()
+    for name in parts_of(technology):
+        if name == WIFI or job.labelled.has(name):
+            rows[name], found = admitted(radio_rows(job.labelled.table(name, SCHEMAS[name]), name), "bssid", name)
+            odd += found
     made = fingerprints_of(rows, technology, walk, job.settings, job.max_sigma_m)
     return replace(made, findings=(*odd, *made.findings))
 
@@ -228,6 +232,8 @@ class LabelledSource:
     """The given folder: the labels, or the survey that was processed first."""
     plans_left_out: tuple[Finding, ...] = ()
     """Names the plans that come from outside the survey."""
+    prefixed: bool = True
+    """Whether its sessions get the building's name as prefix."""
 
     def record(self, settings: DatasetSettings) -> DatasetSource:
         """Its entry in the manifest."""
@@ -266,18 +272,25 @@ def open_sources(
         raise UsageError(
             f"--building: got {len(buildings)} names for {len(outs)} sources; give one for each, in their order"
         )
-    names = list(buildings) or [""] * len(outs)
     opened = [open_labelled(out, follow_links=follow_links) for out in outs]
+    names = list(buildings) or _buildings(opened)
+    several = bool(buildings) or len(set(names)) > 1
     found = []
     for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True)):
         if survey is None:
-            found.append(LabelledSource(labelled, building, labelled.floors, {}, None, folder))
+            found.append(LabelledSource(labelled, building, labelled.floors, {}, None, folder, prefixed=several))
             continue
         if not follow_links:
             labelled = without_sessions(labelled, slugs_from_outside(survey))
         floors, plans, left_out = _of_survey(survey, labelled, scratch.folder(str(i)), follow_links)
-        found.append(LabelledSource(labelled, building, floors, plans, survey, folder, left_out))
+        found.append(LabelledSource(labelled, building, floors, plans, survey, folder, left_out, several))
     return tuple(found)
+
+
+def _buildings(opened: Sequence[LabelledSurvey]) -> list[str]:
+    """Building of each source by its site; sources without a name are of the only named building."""
+    named = {each.building for each in opened} - {""}
+    return [next(iter(named)) if len(named) == 1 else each.building for each in opened]
 
 
 def _of_survey(
@@ -360,7 +373,7 @@ def named_sessions(sources: Sequence[LabelledSource]) -> list[tuple[str, Labelle
     """
     found: dict[str, tuple[LabelledSource, LabelledSession]] = {}
     for source in sources:
-        prefix = f"{unique_slugs([source.building])[0]}." if source.building else ""
+        prefix = f"{unique_slugs([source.building])[0]}." if source.building and source.prefixed else ""
         for session in source.labelled.sessions:
             name = prefix + session.slug
             if name in found:

@@ -32,6 +32,7 @@ from vislam2tag.common.files.store import Version, shown
 from vislam2tag.common.files.stored_folder import AnyStore, any_store_at
 from vislam2tag.common.files.table_files import parquet_bytes, parquet_of_bytes
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 
 FLEET_FILE = "fleet.json"
 SNAPSHOTS, SURVEYS, LABELS, TABLES, REPORT = "catalogue", "surveys", "labels", "tables", "report"
@@ -82,7 +83,7 @@ _TRIES = 20
 """Attempts for a change if other programs are faster."""
 
 
-class FleetTotals(Record):
+class FleetTotals(Result):
     """Sums over the surveys of a fleet."""
 
     surveys: int = 0

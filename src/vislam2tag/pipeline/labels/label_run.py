@@ -32,7 +32,7 @@ from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.session import SessionJob, jobs_of, still_holds
 from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
 from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
-from vislam2tag.pipeline.run.output import LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
+from vislam2tag.pipeline.run.output import COLUMNS, LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, refuse_among_sessions
 from vislam2tag.quality.diagnosis.id_faults import id_faults
 from vislam2tag.quality.diagnosis.record import Fault, References, answered
@@ -44,6 +44,7 @@ from vislam2tag.site.discover import site_files
 from vislam2tag.site.frame_change import CHANGE_FILE
 from vislam2tag.site.links import is_described_from_outside, shared_survey
 from vislam2tag.site.model import SessionRef, Site, Survey
+from vislam2tag.site.site_file import has_site_file, read_site_file
 from vislam2tag.views.conflict_page import write_conflict_page
 from vislam2tag.views.run_report import write_report
 from vislam2tag.views.run_summary import findings_by_kind, summarise
@@ -136,7 +137,7 @@ def label_run(
     refuse_mixed_settings(out, settings, [ref.slug for ref in survey.sessions if not selection.contains(ref)])
     record = run_record(survey.root, opened.landmark_file, settings) | site_record(survey)
     excluded = {ref.slug for ref in survey.sessions if selection.contains(ref)} - slugs
-    own = OwnFiles.of((*OF_RUN, CHANGE_FILE), (*SESSION_FOLDERS, LOGS), slugs)
+    own = OwnFiles.of((*OF_RUN, CHANGE_FILE), (*SESSION_FOLDERS, LOGS, COLUMNS), slugs)
     with claim(out, record, own=own, replace=replace, keep_summary=keep_summary) as folder:
         folder.discard(CHANGE_FILE)  # it says that the labels were rebased
         gone = folder.drop(lambda slug: slug in slugs if selection.everything else slug not in excluded)
@@ -183,6 +184,8 @@ def site_hashes(root: Path) -> dict[str, str | None]:
 def site_record(survey: Survey) -> dict[str, object]:
     """Name and floors of the survey, for reading the labels without it."""
     record: dict[str, object] = {"survey": survey.root.resolve().name, "floors": floor_records(survey.site)}
+    if has_site_file(survey.root) and (building := read_site_file(survey.root).name):
+        record["building"] = building
     if is_described_from_outside(survey.root):
         record["site_from_outside"] = True
     return record

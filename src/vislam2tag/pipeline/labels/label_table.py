@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from os import PathLike
 from pathlib import Path
-from typing import TypedDict, Unpack
+from typing import ClassVar, TypedDict, Unpack
 
 import numpy as np
 import polars as pl
@@ -17,6 +18,8 @@ import polars as pl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_json
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.given_tables import GivenTable, frame_of, times_in_text
+from vislam2tag.common.tabular import Tabular
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.clocks import ClockAlignment, Heard, align_by_levels, align_by_motion
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -24,6 +27,7 @@ from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.intake.clock_ties import MIN_SPREAD, motion_mismatch
+from vislam2tag.intake.foreign_table import read_foreign_table, table_of_frame
 from vislam2tag.intake.readings import level_findings, with_addresses, with_columns_in_place
 from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, Span, other_day, shared_times, unix_span
 from vislam2tag.labeling.settings import LabelSettings
@@ -34,7 +38,6 @@ from vislam2tag.sessions.foreign_tables import (
     MOTION_COLUMNS,
     Clock,
     TableTimes,
-    read_table,
     readings_in,
     sensor_columns,
     table_times,
@@ -133,8 +136,10 @@ _YEARS_NS = 10**18
 
 
 @dataclass(frozen=True)
-class TableLabels:
-    """A table with its positions, and how they were assigned."""
+class TableLabels(Tabular):
+    """A table with its positions, and how they were assigned; ``to_pandas()`` returns the table for pandas."""
+
+    main_table: ClassVar[str] = "table"
 
     table: pl.DataFrame
     """The original rows and columns, then :data:`ADDED`; metres in the BCS of the floor."""
@@ -142,6 +147,9 @@ class TableLabels:
     """Assumptions about columns and clocks, one sentence each."""
     counts: Mapping[str, int]
     """Rows by status."""
+
+    def _frames(self) -> dict[str, Callable[[], pl.DataFrame]]:
+        return {self.main_table: lambda: self.table}
 
 
 _SAME_CLOCK = ClockAlignment(0)
@@ -175,7 +183,7 @@ class TableTimesRead(TypedDict, total=False):
 
 
 def label(
-    table: AnyPath | pl.DataFrame,
+    table: AnyPath | GivenTable,
     labels: AnyPath,
     *,
     offset_s: float | None = None,
@@ -186,17 +194,21 @@ def label(
 ) -> TableLabels:
     """Add to each row of a time-stamped table its position on the walk.
 
-    ``table`` is CSV, Parquet or a data frame; ``labels`` an output folder of ``process``. Column, clock and unit of its
-    times are found unless given (:class:`TableTimesRead`). The offset of the table's clock from the phone's boot
-    clock is ``offset_s`` or, for Unix times, comes from the phone app's ``session.json`` in the raw ``survey``.
-    Otherwise, for Unix times or if no row is within a walk, the clocks are aligned by common turn rates or
-    accelerations (columns such as ``gyro_x``, ``acc_x``), or by common access points. ``align`` (``motion``,
-    ``levels``) requires one of these. ``session``, a part of its slug, chooses a walk if several phones
-    walked at the same time.
+    ``table`` is CSV, Parquet or a table of Polars, pandas or Arrow; ``labels`` an output folder of ``process``.
+    Column, clock and unit of its times are found unless given (:class:`TableTimesRead`). The offset of the table's
+    clock from the phone's boot clock is ``offset_s`` or, for Unix times, comes from the phone app's
+    ``session.json`` in the raw ``survey``. Otherwise, for Unix times or if no row is within a walk, the clocks are
+    aligned by common turn rates or accelerations (columns such as ``gyro_x``, ``acc_x``), or by common access
+    points. ``align`` (``motion``, ``levels``) requires one of these. ``session``, a part of its slug, chooses a
+    walk if several phones walked at the same time.
 
     Raises UsageError, with figures, if the result is not clear, DatasetError if the folder does not contain labels.
     """
-    rows, header_line = (table, 1) if isinstance(table, pl.DataFrame) else read_table(Path(table))
+    if isinstance(table, str | PathLike):
+        read_in = read_foreign_table(Path(table))
+    else:
+        read_in = table_of_frame(frame_of(table, "table"))
+    rows, lines = read_in.rows, read_in.lines
     if taken := [name for name in ADDED if name in rows.columns]:
         raise UsageError(f"the table already has a column {' and '.join(taken)}; rename it")
     walks = _walks(Path(labels), session)
@@ -206,9 +218,8 @@ def label(
     ahead_ns = 0 if offset_s is None else round(offset_s * 1e9)
     spans_ns += 0 if ahead_ns > _YEARS_NS else ahead_ns
     alignable = align is not None or any(sensor_columns(rows.columns, sensor)[0] for sensor in MOTION_COLUMNS)
-    times, odd = _times(rows, spans_ns, alignable, header_line, **read)
-    lines = pl.int_range(header_line + 1, pl.len() + header_line + 1, dtype=pl.Int64)
-    readable, unreadable = with_readings(rows.with_columns(lines.alias("row")), "")
+    times, odd = _times(rows, spans_ns, alignable, lines, **read)
+    readable, unreadable = with_readings(rows.with_columns(lines), "")
     if offset_s is not None:
         walks, why = [replace(walk, clock=ClockAlignment(ahead_ns)) for walk in walks], list[str]()
     else:
@@ -217,23 +228,23 @@ def label(
     why += map(_sentence, (*odd, *unreadable, *level_findings_of(readable)))
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
-    return TableLabels(made, (times.interpretation, *why), counts)
+    return TableLabels(made, (times.interpretation, *read_in.notes, *why), counts)
 
 
 def _times(
     rows: pl.DataFrame,
     spans_ns: IntArray,
     aligned: bool,
-    header_line: int,
+    lines: pl.Series,
     time_name: str | None = None,
     clock: Clock | str | None = None,
     unit: str | None = None,
     zone: str | None = None,
 ) -> tuple[TableTimes, list[Finding]]:
-    column = rows[time_column(rows.columns, time_name)]
+    column = times_in_text(rows[time_column(rows.columns, time_name)])
     known = None if clock is None else Clock(clock)
-    times = table_times(column, spans_ns, clock=known, unit=unit, zone=zone, aligned=aligned, header_line=header_line)
-    return times, time_findings(column, times, "", header_line)
+    times = table_times(column, spans_ns, clock=known, unit=unit, zone=zone, aligned=aligned, lines=lines)
+    return times, time_findings(column, times, "", lines)
 
 
 def _walks(folder: Path, wanted: str | None) -> list[_Walk]:

@@ -17,11 +17,12 @@ import numpy as np
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.given_tables import GivenTable
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.labeling.results import Summary
-from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.settings import GivenSettings, ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.label_run import LabelRun, label_run, opened_run, outdated_findings
@@ -30,9 +31,9 @@ from vislam2tag.pipeline.labels.session import OfSession, Outcome, Reason, jobs_
 from vislam2tag.pipeline.labels.together import TasksTogether, refuse_together, told_tasks
 from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import OutputFolder
-from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessChoices
+from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessArguments, ProcessChoices, choices_of, given_settings
 from vislam2tag.pipeline.run.workers import outcomes_of, run_job
-from vislam2tag.sessions.in_memory import Table, landmarks_in_memory, session_in_memory
+from vislam2tag.sessions.in_memory import landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import ControlPoints, Floor, SessionKey, SessionRef, Site
@@ -49,13 +50,14 @@ def process(
     progress: Progress[Outcome] = silent,
     comparing: Progress[SessionKey] = silent,
     tell: Callable[[Sequence[Finding]], None] = lambda _: None,
-    **choices: Unpack[ProcessChoices],
+    **arguments: Unpack[ProcessArguments],
 ) -> Summary:
     """Process a survey: map every session, label every reading, write tables, results, summary and report.
 
     ``survey_root`` and ``out`` are folders, or addresses of folders in object storage (``Path("s3://bucket/survey")``).
     ``landmarks``, ``selection``, ``jobs`` and ``executor`` are as
     :class:`~vislam2tag.pipeline.run.selection.ProcessChoices` says.
+    Settings may also be given by keyword: ``strategy="local"`` (:class:`~vislam2tag.labeling.settings.GivenSettings`).
     ``replace`` allows ``out`` to contain labels of another strategy, labels that were rebased, or what another command
     wrote, which is removed. With the setting ``together`` sessions are first reduced to constraints for others, with
     ``comparing`` as progress. Before that, ``tell`` is called with findings about the site's own files. Links are
@@ -66,12 +68,12 @@ def process(
     for a selection that matches nothing, OutputError if ``out`` cannot be written or is not ours, StoreError if a store
     cannot be read or written.
     """
-    settings = settings or ProcessSettings()
+    settings = (settings or ProcessSettings()).with_given(given_settings(arguments))
     strategy_named(settings.strategy, settings.mapping)  # an unknown strategy is reported before anything is fetched
     if settings.together:
         refuse_together(settings.strategy)
     with survey_at_hand(Path(survey_root)) as root:
-        opened = OpenedSurvey.at(root, settings, **choices)
+        opened = OpenedSurvey.at(root, settings, **choices_of(arguments))
         with label_run(opened, Path(out), replace=replace, follow_links=follow_links) as made:
             tell(made.shown.findings)
             tell(made.removed)
@@ -155,13 +157,14 @@ def dry_run(
 
 
 def map_walk(
-    poses: Table,
-    sightings: Table,
-    landmarks: Table,
+    poses: GivenTable,
+    sightings: GivenTable,
+    landmarks: GivenTable,
     *,
-    sensors: Table | None = None,
+    sensors: GivenTable | None = None,
     floor: int | None = None,
     settings: ProcessSettings | None = None,
+    **given: Unpack[GivenSettings],
 ) -> MappedWalk:
     """Map one walk, from tables in memory (Polars, pandas, Arrow), as ``process`` maps a session.
 
@@ -179,11 +182,12 @@ def map_walk(
     * ``sensors``: ``time_ns``, ``sensor``, ``v1`` .. ``v6``, as in ``sensors.csv`` (docs/reference/session-files.md):
       air pressure for floors, inertial readings for tracking losses. ``process`` uses them if they are there.
 
+    ``strategy="local"`` and other settings may be given by keyword, as for ``process``.
     ``floor`` is the number of the floor on which the walk starts; it is needed if ``landmarks`` has several. A walk
     that cannot be mapped has frames without positions and ``findings`` with the reason. Raises UsageError, naming
     table, column and row, for unusable tables, SessionError for poses that cannot be those of a walk.
     """
-    settings = settings or ProcessSettings()
+    settings = (settings or ProcessSettings()).with_given(given)
     surveyed, own, site_findings = landmarks_in_memory(landmarks, floor, settings.survey.landmark_sigma_m)
     key = SessionKey(own, "in memory", "walk")
     session = session_in_memory(key, poses, sightings, sensors, settings.findings)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -27,6 +27,7 @@ from vislam2tag.common.progress import Progress, Stage, silent
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.datasets.model import Dataset, Split, Storey
 from vislam2tag.datasets.schema import FINGERPRINTS, READINGS
+from vislam2tag.datasets.technologies import main_technology
 from vislam2tag.pipeline.datasets.import_export import ImportOptions, import_format
 from vislam2tag.pipeline.run.claims import claim
 from vislam2tag.pipeline.run.keys import code_key
@@ -161,7 +162,8 @@ class BenchmarkPlan:
     splits: Sequence[str] = ()
     """Names of the data set's splits; none: the official one, or otherwise ``random``."""
     seeds: int = 5
-    technology: str = "wifi"
+    technology: str | None = None
+    """None: that of :func:`~vislam2tag.datasets.technologies.main_technology`."""
     beside_paper: bool = False
     """Whether to write the paper's Table IV."""
 
@@ -197,6 +199,7 @@ def benchmark(dataset: Dataset, out: AnyPath, plan: BenchmarkPlan, progress: Pro
     written; failed runs are in ``Benchmark.failed``.
     """
     out = Path(out)
+    plan = replace(plan, technology=plan.technology or main_technology(dataset))
     splits = [split_named(dataset, name) for name in plan.splits or [_usual_split(dataset)]]
     runs = list(planned(plan.models, splits, plan.seeds))
     data = learning_data(dataset, plan.technology)

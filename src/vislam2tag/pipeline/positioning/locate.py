@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -13,14 +13,16 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Answer, Finding, Judgement, counted
-from vislam2tag.datasets.folder import is_dataset, open_dataset
+from vislam2tag.datasets.folder import dataset_in, is_dataset, open_dataset
 from vislam2tag.datasets.model import SessionTables, each_session
 from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name
+from vislam2tag.datasets.technologies import instead_of, of_technology, technologies_of
 from vislam2tag.intake.readings import normal_address
+from vislam2tag.pipeline.positioning.recorded_scans import recorded_scans
 from vislam2tag.positioning.model_files import SavedModel, load_model
 from vislam2tag.positioning.places import Positions
-from vislam2tag.positioning.radio_scans import TextArray, scans_from_readings
-from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, Tracks, scan_blocks
+from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
+from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, Tracks, is_scan_file, scan_blocks
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.positioning.settings import SequenceMethod
 
@@ -87,6 +89,10 @@ class LocatedScans:
     """Scans that were located together with others of their walk."""
     tracked: int = 0
     """Of those, scans with motion from a track."""
+    without_wifi: int = 0
+    """Scans without a known Wi-Fi access point, if the model was trained on Wi-Fi and BLE together."""
+    without_ble: int = 0
+    """Scans without a known BLE beacon, if the model was trained on Wi-Fi and BLE together."""
     usable: int = 0
     """Scans with at least one usable reading."""
 
@@ -153,7 +159,10 @@ def locate(
     key: bytes | None = None,
     walks: WalkPlan | None = None,
 ) -> LocatedScans:
-    """Locate the scans of a file or of a data set's folder; ``write`` gets CSV or JSON lines, block by block.
+    """Locate the scans of a file, a data set or a recording; ``write`` gets CSV or JSON lines, block by block.
+
+    A recording is a session folder or a Wi-Fi file as a phone or an app wrote it. Its poses are its track, unless
+    ``walks`` name another.
 
     ``key`` hashes identifiers as those of the model's data set were. With ``walks``, scans of a session are located
     together. Raises ModelError for the model's file, DatasetError for scans and tracks, UsageError if their hashing
@@ -164,25 +173,67 @@ def locate(
     _check_key(saved, key)
     bad = BadLines(scans.name)
     name = namer(saved, key)
-    if is_dataset(scans):
+    blocks: Iterable[ScanBlock]
+    recorded_findings: tuple[Finding, ...] = ()
+    of_dataset = is_dataset(dataset_in(scans))
+    if of_dataset:
         blocks = _dataset_blocks(scans, saved, key, name, whole=walks is not None)
+    elif scans.exists() and not is_scan_file(scans):
+        recorded = recorded_scans(scans, saved.origin, name)
+        blocks, recorded_findings = [recorded.block], recorded.findings
+        walks = _with_track(walks, recorded.track)
     else:
         blocks = scan_blocks(scans, bad, name, saved.model.access_points_)
     helping = _WalkEstimation(walks)
     head = "" if as_json else ",".join(LOCATED) + "\n"
-    count = unknown = unlike = usable = 0
+    count = unknown = unlike = usable = without_wifi = without_ble = 0
     for block in blocks:
         found = helping.helped(saved.model.predict(block.scans), block)
         count, unknown = count + len(found), unknown + int((~found.known).sum())
         usable += int(np.count_nonzero(block.scans.heard))
+        missing = _missing(block.scans, saved)
+        without_wifi, without_ble = without_wifi + missing[0], without_ble + missing[1]
         rows = located_table(block.ids, found)
         unlike += int((rows["status"] == UNLIKE).sum())
         write(head + (rows.write_ndjson() if as_json else rows.write_csv(include_header=False)))
         head = ""  # written with the first scans, so that a file without any is refused before
     write(head)
-    advice = None if key is not None or is_dataset(scans) else hashing_advice(saved)
+    advice = None if key is not None or of_dataset else hashing_advice(saved)
     points = len(saved.model.access_points_)
-    return LocatedScans(count, unknown, unlike, points, bad.findings(), advice, helping.scans, helping.tracked, usable)
+    return LocatedScans(
+        count,
+        unknown,
+        unlike,
+        points,
+        (*bad.findings(), *recorded_findings),
+        advice,
+        helping.scans,
+        helping.tracked,
+        without_wifi,
+        without_ble,
+        usable,
+    )
+
+
+def _with_track(walks: WalkPlan | None, track: Tracks | None) -> WalkPlan | None:
+    """Use a recording's own poses, unless another track was given."""
+    if track is None or (walks is not None and walks.tracks is not None):
+        return walks
+    return WalkPlan(SequenceMethod.SMOOTHER if walks is None else walks.sequence, track)
+
+
+def _missing(scans: RadioScans, saved: SavedModel) -> tuple[int, int]:
+    """Scans without Wi-Fi and without BLE, of those that contain a known access point; zero for other models."""
+    if not saved.origin.beacons:
+        return 0, 0
+    known = set(saved.model.access_points_)
+    beacons = known & set(saved.origin.beacons)
+    has = [np.zeros(len(scans), dtype=bool) for _ in range(2)]
+    for names, found in zip((known - beacons, beacons), has, strict=True):
+        of_them = np.array([point in names for point in scans.access_points], dtype=bool)
+        found[scans.row[of_them[scans.column]]] = True
+    wifi, ble = has
+    return int((ble & ~wifi).sum()), int((wifi & ~ble).sum())
 
 
 def hashing_advice(saved: SavedModel) -> str | None:
@@ -227,6 +278,7 @@ def _dataset_blocks(
 ) -> Iterator[ScanBlock]:
     """Read a data set's fingerprints of the model's technology, walk after walk (uncut if ``whole``)."""
     dataset = open_dataset(folder)
+    technology = saved.origin.technology
     theirs, ours = dataset.info.bssid_key, saved.origin.bssid_key
     if theirs is not None and key is not None:
         raise UsageError(f"--hash-bssid: {dataset.info.name} is already hashed; remove this option")
@@ -237,8 +289,13 @@ def _dataset_blocks(
             f"{dataset.info.name} is hashed with key {theirs}, but the model's access points are "
             f"{'plain' if ours is None else f'hashed with key {ours}'}; use the original, unhashed data set"
         )
-    wanted = dataset.fingerprints.filter(pl.col("technology") == saved.origin.technology)
-    for session in each_session(wanted, dataset.readings):
+    wanted, readings = of_technology(dataset, technology)
+    if wanted.select(pl.len()).collect().item() == 0 and technologies_of(dataset):
+        raise DatasetError(
+            f"{dataset.info.name}: the data set contains no fingerprint of technology {technology}, which the model "
+            f"was trained on{instead_of(dataset, technology)}"
+        )
+    for session in each_session(wanted, readings):
         at_once = max(session.fingerprints.height, 1) if whole else SCANS_AT_ONCE
         for first in range(0, session.fingerprints.height, at_once):
             yield _block(session, session.fingerprints.slice(first, at_once), name)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 
 from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
@@ -16,6 +17,7 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset, Fold, Split
+from vislam2tag.datasets.technologies import BLE, BOTH, main_technology
 from vislam2tag.positioning.learning_data import LearningData, ModelUpdate, learning_data, updated
 from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, load_model, save_model, write_onnx
 from vislam2tag.positioning.model_scores import BUDGET_S, ModelTrial, Score, score, tried_models
@@ -37,7 +39,8 @@ class TrainPlan:
     fold: str | None = None
     """Fold of the split; optional if it has only one."""
     seed: int | None = None
-    technology: str = "wifi"
+    technology: str | None = None
+    """None: that of :func:`~vislam2tag.datasets.technologies.main_technology`."""
     onnx: AnyPath | None = None
     """Write the model as ONNX, too (networks and cell-density)."""
     budget_s: float = BUDGET_S
@@ -89,9 +92,11 @@ def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[flo
     _check(plan)
     before = None if plan.update is None else load_model(plan.update)
     dataset = open_dataset(folder)
+    technology = plan.technology or main_technology(dataset)
+    plan = replace(plan, technology=technology)
     learned, tested, part = _parts(dataset, plan)
     labelled = learned.scans, learned.places
-    origin = _origin(dataset, plan.technology, part, len(learned))
+    origin = _origin(dataset, technology, part, len(learned))
     update = trial = None
     if before is not None:
         update = _updated(before, origin, labelled, plan)
@@ -136,12 +141,13 @@ def _updated(before: SavedModel, origin: ModelOrigin, later: LabelledScans, plan
         own, other = getattr(before.origin, what), getattr(origin, what)
         if own != other:
             raise UsageError(f"--update {plan.update}: {what} is {own} in the model, but {other} in {origin.dataset}")
-    return updated(known, later, plan.technology)
+    return updated(known, later, origin.technology)
 
 
 def _joined_origin(before: ModelOrigin, later: ModelOrigin, update: ModelUpdate) -> ModelOrigin:
     part = f"{before.part}; updated by {update.added} of {later.dataset} ({later.part})"
-    return before.model_copy(update={"part": part, "scans": len(update.learned[0])})
+    beacons = tuple(sorted({*before.beacons, *later.beacons}))
+    return before.model_copy(update={"part": part, "scans": len(update.learned[0]), "beacons": beacons})
 
 
 def _model(plan: TrainPlan, trial: ModelTrial | None) -> tuple[str, Positioner]:
@@ -198,6 +204,14 @@ def _fold(dataset: Dataset, split_name: str, fold_name: str | None) -> tuple[Spl
 
 def _origin(dataset: Dataset, technology: str, part: str, scans: int) -> ModelOrigin:
     info = dataset.info
+    beacons = dataset.access_points.filter(pl.col("technology") == BLE).select(pl.col("bssid").sort())
     return ModelOrigin(
-        dataset=info.name, part=part, scans=scans, technology=technology, frame=info.frame, bssid_key=info.bssid_key
+        dataset=info.name,
+        part=part,
+        scans=scans,
+        technology=technology,
+        grouping=next((one for one in info.groupings if one.technology == technology), None),
+        beacons=tuple(beacons.collect()["bssid"]) if technology == BOTH else (),
+        frame=info.frame,
+        bssid_key=info.bssid_key,
     )

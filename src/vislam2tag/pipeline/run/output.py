@@ -36,6 +36,8 @@ from vislam2tag.pipeline.run.failures import LOG
 REPORT_FILE = "report.html"
 LOGS = "logs"
 """In a store: a log for each session in JSON lines (how, where and when it was processed)."""
+COLUMNS = "columns"
+"""A ``columns.toml`` for each session whose tables have names of their own: how they were read."""
 SESSION_FOLDERS = (RESULTS, *SCHEMAS)
 """Folders with a file for each session."""
 _TRIES = 5
@@ -251,7 +253,7 @@ def without_sessions(own: OwnFiles, slugs: Set[str]) -> OwnFiles:
 def _session_of(name: str) -> str | None:
     """The slug of the session of a file, from its path; None for other files."""
     path = PurePosixPath(name)
-    known = {RESULTS: ".json", LOGS: ".jsonl"} | dict.fromkeys(SCHEMAS, ".parquet")
+    known = {RESULTS: ".json", LOGS: ".jsonl", COLUMNS: ".toml"} | dict.fromkeys(SCHEMAS, ".parquet")
     folder = path.parent.as_posix()
     suffix = known.get(folder, ".parquet" if folder.partition("_")[0] in SCHEMAS else None)
     return path.stem if path.suffix == suffix else None

@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Self, TypedDict, TypeVar
+from typing import Self, TypedDict, TypeVar, cast
 
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
-from vislam2tag.labeling.settings import ProcessSettings
+from vislam2tag.labeling.settings import GivenSettings, ProcessSettings
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.sessions.registry import open_survey
@@ -56,6 +56,29 @@ class ProcessChoices(RunChoices, total=False):
     """Options of ``process``: those of any run, and an ``executor`` that runs sessions elsewhere."""
 
     executor: Executor | None
+
+
+class ProcessArguments(ProcessChoices, GivenSettings, total=False):
+    """Keyword arguments of ``process``: its choices, and settings by name."""
+
+
+class SurveyRunArguments(GivenSettings, total=False):
+    """Keyword arguments of ``run``: ``landmarks`` and ``jobs`` as in :class:`RunChoices`, and settings by name."""
+
+    landmarks: AnyPath | None
+    jobs: int
+
+
+def choices_of(arguments: ProcessArguments) -> ProcessChoices:
+    """The arguments that are not settings."""
+    chosen = {name: value for name, value in arguments.items() if name in ProcessChoices.__annotations__}
+    return cast(ProcessChoices, chosen)
+
+
+def given_settings(arguments: ProcessArguments | SurveyRunArguments) -> GivenSettings:
+    """The other arguments, which are checked as settings."""
+    others = {name: value for name, value in arguments.items() if name not in ProcessChoices.__annotations__}
+    return cast(GivenSettings, others)
 
 
 @dataclass(frozen=True)

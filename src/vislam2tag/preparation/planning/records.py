@@ -8,12 +8,14 @@ from collections.abc import Iterable, Sequence
 from itertools import count as numbers_from
 from itertools import islice
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.preparation.planning.floor import FloorDesign
@@ -117,8 +119,10 @@ class FloorPlanRecord(Record):
     """Rooms that walks leave out."""
 
 
-class PlanSummary(Record):
+class PlanSummary(Result):
     """``plan.json``."""
+
+    main_table: ClassVar[str] = "floors"
 
     version: str
     settings: PlanSettings

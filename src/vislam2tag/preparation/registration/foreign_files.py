@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vislam2tag.common.errors import SurveyError
-from vislam2tag.site.site_table import decoded
+from vislam2tag.intake.foreign_table import decoded
 
 _LOOKED_AT = 8192
 _XML = re.compile(rb"\s*<[?!A-Za-z]")

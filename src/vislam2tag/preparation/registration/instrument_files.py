@@ -11,9 +11,9 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.findings import Finding, Severity, at_lines_if
 from vislam2tag.common.visible_text import excerpt
 from vislam2tag.intake.cells import length_unit
+from vislam2tag.intake.foreign_table import Line, decoded
 from vislam2tag.preparation.registration.foreign_files import xml_root
 from vislam2tag.preparation.registration.text_table import TextTable, numbered_lines
-from vislam2tag.site.site_table import Line, decoded
 
 _HEADER = ("point", "E", "N", "H", "code")
 _BLOCK = re.compile(r"\*?\d\d[\d.]{4}[+-](?:.{8}|.{16})(?: |$)")

@@ -15,8 +15,8 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.visible_text import excerpt
 from vislam2tag.intake.cells import FOOT_M, length_unit, without_unit
+from vislam2tag.intake.foreign_table import Line
 from vislam2tag.preparation.registration.text_table import TextTable, decimal_mark, like_a_number
-from vislam2tag.site.site_table import Line
 
 
 class PointColumn(StrEnum):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import ClassVar
 
 from pydantic import Field
 
 from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record, SettingsRecord
+from vislam2tag.common.tabular import Result
 
 
 class RegistrationSettings(SettingsRecord):
@@ -106,8 +108,10 @@ class ScaleTest(Record):
     """Whether it differs from 1 for certain."""
 
 
-class Registration(Record):
+class Registration(Result):
     """Everything that was found of one floor."""
+
+    main_table: ClassVar[str] = "landmarks"
 
     version: str
     floor: int

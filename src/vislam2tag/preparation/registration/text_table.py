@@ -17,8 +17,9 @@ from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.visible_text import excerpt
 from vislam2tag.intake.cells import has_decimal_commas, length_unit, without_unit
+from vislam2tag.intake.foreign_table import NOT_UTF8, Line, decoded, sheet_lines
 from vislam2tag.preparation.registration.foreign_files import is_workbook, refuse_foreign_file
-from vislam2tag.site.site_table import NOT_UTF8, Line, LineCounts, decoded, sheet_lines
+from vislam2tag.site.site_table import LineCounts
 
 Row = TypeVar("Row")
 SEPARATORS = (";", "\t", ",", " ")

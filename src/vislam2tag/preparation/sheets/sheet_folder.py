@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import polars as pl
 from PIL import Image
@@ -21,6 +22,7 @@ from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding, FindingKind, Severity
 from vislam2tag.common.progress import Progress, counted, silent
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.preparation.sheets.images import (
     ImageQuality,
@@ -91,8 +93,10 @@ class PageRecord(Record):
     """Text of its QR code."""
 
 
-class SheetsRecord(Record):
+class SheetsRecord(Result):
     """``sheets.json``."""
+
+    main_table: ClassVar[str] = "pages"
 
     version: str
     seed: int | None

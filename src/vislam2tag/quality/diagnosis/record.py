@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.findings import NOT_RUN, Answer, FaultKind, Judgement
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.estimation.landmark_survey.comparison import Verdict
 from vislam2tag.site.corrections.file import IgnoreFault
 
@@ -172,8 +173,10 @@ def _reason(fault: Fault, entries: Sequence[IgnoreFault]) -> str:
     )
 
 
-class Diagnosis(Record):
+class Diagnosis(Result):
     """A whole survey (``diagnosis.json``)."""
+
+    main_table: ClassVar[str] = "faults"
 
     version: str = ""
     sessions: int = 0

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from vislam2tag.common.findings import NOT_RUN, Finding, Judgement
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.quality.evaluation.odd_truth import OddPoint, PressOffset
 from vislam2tag.quality.evaluation.truth import TruthKind
 
@@ -77,8 +80,10 @@ class StrategyErrors(Record):
     dense: DenseFigures | None = None
 
 
-class SessionEvaluation(Record):
+class SessionEvaluation(Result):
     """One session."""
+
+    main_table: ClassVar[str] = "measured"
 
     slug: str
     floor: int
@@ -161,8 +166,10 @@ class DenseRow(Record):
     """Share of the points; of bins only."""
 
 
-class SurveyEvaluation(Record):
+class SurveyEvaluation(Result):
     """A whole survey (``evaluation.json``)."""
+
+    main_table: ClassVar[str] = "rows"
 
     version: str
     strategies: list[str]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -14,16 +16,28 @@ from pydantic import ValidationError
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.errors import SessionError, import_extra
 from vislam2tag.common.files.given_files import toml_values
+from vislam2tag.common.findings import Severity
 from vislam2tag.common.records import Record
-from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows, pose_table
+from vislam2tag.intake.time_units import FRAMES
+from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows, timed
 from vislam2tag.sessions.model import FileRecord
+from vislam2tag.sessions.pose_axes import WXYZ, XYZW, plausible_axes
 from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS
+from vislam2tag.sessions.walk_columns import candidates, shown, time_unit
 
-_TUM = FieldTable({"time_s": pl.Float64, **POSE_COLUMNS}, " ")
-_EUROC = FieldTable({"time_ns": pl.Int64, **dict.fromkeys(("tx", "ty", "tz", "qw", "qx", "qy", "qz"), pl.Float64)}, ",")
+_TUM = ("time", "x", "y", "z", "qx", "qy", "qz", "qw")
+_EUROC = ("time", "x", "y", "z", "qw", "qx", "qy", "qz")
+_FURTHER = {8: 0, 9: 1, 17: 9}
+"""Fields behind a pose by the number of fields: none, the id of RTAB-Map, velocity and biases of EuRoC."""
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|nan|[+-]?inf", re.IGNORECASE)
+_MARKS = re.compile(r"[;,\s]+")
+_OURS = {
+    **dict(zip(("x", "y", "z"), ("tx", "ty", "tz"), strict=True)),
+    **{name: name for name in ("qx", "qy", "qz", "qw")},
+}
 
 
 class PoseAxes(Record):
@@ -36,24 +50,101 @@ class PoseAxes(Record):
 
 
 def _tum_poses(reading: SessionFiles) -> pl.DataFrame:
-    """Poses of all frames. Raises SessionError if ``poses.toml`` does not say in which axes they are."""
-    axes = pose_axes(reading)
-    table = _TUM if reading.name_of("poses").endswith(".tum") else _EUROC
-    return pose_table(table.read, axes.camera, axes.frame)(reading)
+    """Poses of all frames. Raises SessionError if their columns or axes are unknown."""
+    axes = pose_axes(reading) if reading.has("axes") else None
+    file, data = reading.load("poses")
+    form = _form(data, f"{reading.folder / file}", _TUM if file.endswith(".tum") else _EUROC)
+    read = reading.account("poses", data, form.table.read(form.data, file))
+    time = next(name for name in ("time_ns", "time_s") if name in read.columns)
+    rows = reading.noted(timed(read.select("row", time, *POSE_COLUMNS), FRAMES, file))
+    poses = rows.select(list(POSE_COLUMNS)).to_numpy()
+    if axes is not None:
+        return pose_rows(rows, in_acs(poses, axes.camera, axes.frame))
+    orders = (XYZW,) if form.named else (XYZW, WXYZ if file.endswith(".tum") else _XYZW_OF_EUROC)
+    found = plausible_axes(rows["time_ns"].to_numpy(), poses, orders)
+    if found is None:
+        raise SessionError(
+            f"{reading.folder}: there is no poses.toml, which defines the axes of the poses, and the path does not "
+            f"show them; {_EXPECTED}"
+        )
+    camera, frame, order = found
+    other = "" if order == XYZW else ", and the order of the quaternion is not the usual one of this format"
+    message = (
+        f'there is no poses.toml; only with camera = "{camera}" and frame = "{frame}" are these poses those of a '
+        f"walking person{other}. Write these two lines to poses.toml if that is right, else the right ones"
+    )
+    reading.note("columns_guessed", file, message, Severity.INFO)
+    return pose_rows(rows, in_acs(poses[:, (0, 1, 2, *order)], camera, frame))
+
+
+_XYZW_OF_EUROC = (6, 3, 4, 5)
+"""Places of x, y, z and w in numbers that were read in the order w, x, y, z, but are in the order x, y, z, w."""
+
+
+@dataclass(frozen=True)
+class _Form:
+    table: FieldTable
+    data: bytes
+    """The file with a separator that the table reads."""
+    named: bool
+    """Whether a header names the columns."""
+
+
+def _form(data: bytes, path: str, usual: tuple[str, ...]) -> _Form:
+    """Find the columns of a table of poses; raises SessionError, with those found and expected, if it has others."""
+    if b";" in data[:_LOOKED_AT]:
+        data = data.replace(b",", b".").replace(b";", b",")
+    lines = [line.strip() for line in data[:_LOOKED_AT].decode(errors="replace").lstrip("\ufeff").split("\n")]
+    first = next((i for i, line in enumerate(lines) if line and not line.startswith("#")), None)
+    if first is None:
+        return _Form(_table(usual, 0, " ", time="time_s", header=False), data, named=False)
+    header = not _NUMBER.fullmatch(_MARKS.split(lines[first])[0])
+    row = next((line for line in lines[first + header :] if line), "")
+    fields = _MARKS.split(row.rstrip(",")) if row else []
+    separator = "," if "," in row else " "
+    said = lines[first] if header else lines[first - 1].lstrip("# ") if first else ""
+    names = [name.strip() for name in (said.split(",") if "," in said else said.split())]
+    columns = candidates(names, "poses") if len(names) == len(fields) else {}
+    roles = {found[0]: role for role, found in columns.items() if len(found) == 1}
+    named = len(roles) == len(_TUM)
+    if not named and len(fields) not in _FURTHER:
+        expected = " ".join(usual)
+        raise SessionError(
+            f"{path}: found {len(fields)} columns ({shown(names or fields)}); expected {expected} (8 columns), an id "
+            "behind them (9, RTAB-Map), velocity and biases (17, EuRoC), or a header that names these columns"
+        )
+    order = tuple(roles.get(name, f"_{i}") for i, name in enumerate(names)) if named else usual
+    further = 0 if named else _FURTHER[len(fields)]
+    place = order.index("time") if named else 0
+    whole = fields[place].isdigit() and (usual is _EUROC or time_unit(names[place] if named else "") == "ns")
+    return _Form(_table(order, further, separator, time="time_ns" if whole else "time_s", header=header), data, named)
+
+
+_LOOKED_AT = 4000
+
+
+def _table(order: tuple[str, ...], further: int, separator: str, *, time: str, header: bool) -> FieldTable:
+    columns: dict[str, Any] = {}
+    for role in (*order, *(f"_{i}" for i in range(100, 100 + further))):
+        kind = pl.Int64 if role == "time" and time == "time_ns" else pl.Float64
+        columns[time if role == "time" else _OURS.get(role, role)] = kind
+    return FieldTable(columns, separator, header)
+
+
+_EXPECTED = f'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it ({page_of("reference/formats")})'
 
 
 def pose_axes(reading: SessionFiles) -> PoseAxes:
     """Read ``poses.toml``; raises SessionError where it is not there or says something else."""
-    expected = (
-        f'write camera = "y-up" or "y-down" and frame = "y-up" or "z-up" into it ({page_of("reference/formats")})'
-    )
     if not reading.has("axes"):
-        raise SessionError(f"{reading.folder}: there is no poses.toml, which defines the axes of the poses; {expected}")
+        raise SessionError(
+            f"{reading.folder}: there is no poses.toml, which defines the axes of the poses; {_EXPECTED}"
+        )
     file, data = reading.load("axes")
     try:
         return PoseAxes.model_validate(toml_values(data))
     except (ValueError, ValidationError) as error:
-        raise SessionError(f"{reading.folder / file}: not understood; {expected}") from error
+        raise SessionError(f"{reading.folder / file}: not understood; {_EXPECTED}") from error
 
 
 _SCHEMA = "foxglove.PoseInFrame"

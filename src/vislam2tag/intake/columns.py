@@ -1,0 +1,267 @@
+"""Recognise the columns of tables of other programs by name and content, or as the user names them in columns.toml.
+
+A role is a meaning that a column may have (``x``, ``time``, ``address``); its known names are in :data:`KNOWN_NAMES`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Literal
+
+import polars as pl
+
+from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.files.toml_file import read_toml, toml_value
+from vislam2tag.common.records import Record
+from vislam2tag.intake.cells import length_unit, without_unit
+from vislam2tag.intake.readings import is_address
+
+EAST = "e east easting ost ostwert rechts rechtswert rw ecoord xcoord xcoordinate xpos xposition posx"
+NORTH = "n north northing nord nordwert hoch hochwert hw ncoord ycoord ycoordinate ypos yposition posy"
+HEIGHT = "h height elevation altitude hoehe höhe zcoord zcoordinate zpos posz"
+FLOOR = "storey story etage stockwerk geschoss stock ebene floornumber"
+"""Names of coordinates and floors, also in the tables of a site."""
+_POSE = "p{0} t{0} position{0} translation{0} pose{0} poseposition{0} posetranslation{0} coord{0} coordinate{0} loc{0}"
+_POSE += " location{0} local{0} gt{0} true{0} prsr{0} {0}m"
+_TURN = "rot{0} rotation{0} quat{0} quaternion{0} orientation{0} poseorientation{0} q{0}rot qrs{0}"
+KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
+    role: (role, *words.split())
+    for role, words in {
+        "x": f"{EAST} {_POSE.format('x')}",
+        "y": f"{NORTH} {_POSE.format('y')}",
+        "z": f"{HEIGHT} {_POSE.format('z')}",
+        "latitude": "lat breite breitengrad currentlatitude",
+        "longitude": "lon long lng länge laenge längengrad laengengrad currentlongitude",
+        "floor": f"floorid floornum floornr floorno floorindex floorlevel floorname flr {FLOOR}",
+        "building": "buildingid buildingname bldg bldgid gebäude gebaeude gebäudeid site siteid",
+        "room": "roomid roomname raum raumnummer zimmer space spaceid spot location place",
+        "time": (
+            "timens timestamp datetime t unixtime epoch zeit secondselapsed firstseen timeutc utc utctime unix "
+            "systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel timestampns date datum"
+        ),
+        "address": "bssid mac macaddress macaddr bssidmac apmac address addr adresse beacon beaconid apid ap",
+        "level": "rssidbm rssi rss dbm signal signalstrength signallevel strength power rxpower pegel rssivalue",
+        "ssid": "networkname essid wifiname netzname",
+        "frequency": "frequencymhz freq freqmhz frequencyinmhz frequenz centerfreq",
+        "technology": "tech type radiotype networktype signaltype radio",
+        "scan": "scanid scanno scannr scannumber scanindex fingerprint fingerprintid fp fpid sampleid sample",
+        "device": "deviceid devicename devicemodel phone phoneid phonetype phonemodel model gerät geraet smartphone",
+        "user": "userid username person personid collector nutzer participant subject",
+        "session": "sessionid trajectory trajectoryid traj trajid walk walkid track trackid run runid path pathid",
+        "split": "set subset dataset part partition fold usage",
+        "landmark": "landmarkid marker markerid tag tagid sheet sheetid code qr qrcode aruco arucoid marke",
+        "qx": _TURN.format("x"),
+        "qy": _TURN.format("y"),
+        "qz": _TURN.format("z"),
+        "qw": _TURN.format("w"),
+    }.items()
+}
+"""Names of each role in normal form (:func:`plain_name`); those that are looked for first come first."""
+LENGTHS = frozenset("xyz")
+"""Roles whose names may state a unit of length."""
+TIME = "time"
+_UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNORECASE)
+_LEVEL_UNIT = re.compile(r"(.+?)[ _]?[\[(]?dbm[\])]?", re.IGNORECASE)
+_BRACKETS = re.compile(r"(.+?)\s*[\[(][^\])]*[\])]")
+_LONGEST_NAME = 200
+"""No column with a meaning has a longer name; a damaged file's may have millions of characters."""
+_NOT_IN_NAMES = re.compile(r"[^a-z0-9äöüß]")
+_EXAMPLES = 4
+_SHOWN = 12
+"""Columns of a table that a message names."""
+
+
+def plain_name(text: str) -> str:
+    """The normal form of a name: lower case, letters and digits only."""
+    return _NOT_IN_NAMES.sub("", text.lower())
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that was found for a role."""
+
+    name: str
+    unit: str | None = None
+    """Unit of time in its name: ``s``, ``ms``, ``us`` or ``ns``; None if there is none."""
+    metres: float | None = None
+    """Metres in the unit of length in its name; None if there is none."""
+    why: str = "its name"
+    """How it was recognised, in words."""
+
+
+class ColumnNames(Record):
+    """The content of a ``columns.toml``: which column has which role, and what its values mean.
+
+    An empty name states that the table has no such column.
+    """
+
+    x: str | None = None
+    y: str | None = None
+    z: str | None = None
+    latitude: str | None = None
+    longitude: str | None = None
+    floor: str | None = None
+    building: str | None = None
+    room: str | None = None
+    time: str | None = None
+    address: str | None = None
+    level: str | None = None
+    ssid: str | None = None
+    frequency: str | None = None
+    technology: str | None = None
+    scan: str | None = None
+    device: str | None = None
+    user: str | None = None
+    session: str | None = None
+    split: str | None = None
+    landmark: str | None = None
+    qx: str | None = None
+    qy: str | None = None
+    qz: str | None = None
+    qw: str | None = None
+    access_points: tuple[str, ...] | str | None = None
+    """Columns of levels, one for each access point: names, or patterns such as ``AP*``."""
+    not_heard: float | None = None
+    """The number that means "not heard"."""
+    length_unit: str | None = None
+    """Unit of x, y and z, such as ``ft``; metres by default."""
+    time_unit: Literal["s", "ms", "us", "ns"] | None = None
+    clock: Literal["boot", "unix"] | None = None
+    zone: str | None = None
+    """Time zone of times without one, such as ``Europe/Berlin``."""
+
+    @property
+    def named(self) -> dict[str, str]:
+        """The names of columns by role."""
+        return {role: name for role in KNOWN_NAMES if (name := getattr(self, role)) is not None}
+
+    @property
+    def metres(self) -> float | None:
+        """Metres in the stated unit of length; raises UsageError if it is unknown."""
+        if self.length_unit is None:
+            return None
+        metres = length_unit(self.length_unit)
+        if metres is None:
+            raise UsageError(f"columns.toml: length_unit = {self.length_unit!r} is unknown; use m, cm, ft or the like")
+        return metres
+
+
+def read_columns_file(path: Path) -> ColumnNames:
+    """Read a ``columns.toml``; raises UsageError if it is missing or has a wrong entry."""
+    try:
+        return read_toml(path, ColumnNames)
+    except FileNotFoundError as error:
+        raise UsageError(f'{path}: no such file; expected lines such as x = "ECoord"') from error
+    except SurveyError as error:
+        raise UsageError(str(error)) from error
+
+
+def columns_toml(names: ColumnNames, why: Mapping[str, str] | None = None) -> str:
+    """Write a ``columns.toml``; ``why`` has a comment for some of the entries."""
+    lines = [
+        f"{key} = {toml_value(value)}" + (f"  # {(why or {})[key]}" if key in (why or {}) else "")
+        for key, value in names.model_dump().items()
+        if value is not None
+    ]
+    return "\n".join([*lines, ""])
+
+
+def is_known(name: str) -> bool:
+    """Whether a name is one of a role, with or without a unit."""
+    return any(_matched(name, role) is not None for role in KNOWN_NAMES)
+
+
+def find_columns(
+    columns: Sequence[str],
+    roles: Iterable[str],
+    given: Mapping[str, str] | None = None,
+    sample: pl.DataFrame | None = None,
+) -> dict[str, Column]:
+    """Find the columns of some roles; roles without a column are not in the result.
+
+    ``given`` has names by role, which count first; an empty one states that there is no such column. ``sample`` are
+    some rows, in which addresses are recognised if no name says which column they are in. Raises UsageError if the
+    table does not have a given column.
+    """
+    wanted = list(roles)
+    named = {role: name for role, name in (given or {}).items() if role in wanted}
+    found = {role: _given(role, name, columns) for role, name in named.items() if name}
+    for role in wanted:
+        free = [name for name in columns if all(name != each.name for each in found.values())]
+        if role not in named and (column := _by_name(free, role)) is not None:
+            found[role] = column
+    if sample is not None and "address" in wanted and not {"address"} & {*found, *named}:
+        taken = {each.name for each in found.values()}
+        holders = [name for name in sample.columns if name not in taken and _are_addresses(sample[name])]
+        if len(holders) == 1:
+            found["address"] = Column(holders[0], why="its addresses")
+    return {role: found[role] for role in wanted if role in found}
+
+
+def missing_column(columns: Sequence[str], missing: Collection[str]) -> str:
+    """Say which columns a table has, and which names are expected for the ``missing`` roles."""
+    expected = "; ".join(f"expected for {role} one of {', '.join(_examples(role))}" for role in missing)
+    entries = ", ".join(f'{role} = "NAME"' for role in missing)
+    return f"found the columns {shown(columns)}; {expected}; name the column in columns.toml: {entries}"
+
+
+def shown(columns: Sequence[str]) -> str:
+    """The first columns of a table, for a message."""
+    names = ", ".join(name[:40] for name in columns[:_SHOWN])
+    return f"{names}, ... ({len(columns)} columns)" if len(columns) > _SHOWN else names
+
+
+def _examples(role: str) -> tuple[str, ...]:
+    return KNOWN_NAMES[role][:_EXAMPLES]
+
+
+def _given(role: str, name: str, columns: Sequence[str]) -> Column:
+    if name not in columns:
+        near = get_close_matches(name, columns, 1, 0.0)
+        closest = f" (the closest name is {near[0]})" if near else ""
+        raise UsageError(f'columns.toml: {role} = "{name}": there is no such column{closest}; found {shown(columns)}')
+    return Column(name, _time_unit(name), without_unit(name.lower())[1] if role in LENGTHS else None, "columns.toml")
+
+
+def _by_name(columns: Sequence[str], role: str) -> Column | None:
+    """The column of a role whose name comes first in the role's list."""
+    matched = [(place, column) for name in columns if (found := _matched(name, role)) for place, column in [found]]
+    return min(matched, key=lambda each: each[0])[1] if matched else None
+
+
+def _matched(name: str, role: str) -> tuple[int, Column] | None:
+    """The place of a name in the list of a role, with the unit that it states."""
+    if len(name) > _LONGEST_NAME:
+        return None
+    known, plain = KNOWN_NAMES[role], plain_name(name)
+    if role in LENGTHS:
+        without, metres = without_unit(name.strip().lower())
+        if metres is not None and (short := plain_name(without)) in known:
+            return known.index(short), Column(name, metres=metres)
+    if role == TIME and (unit := _time_unit(name)) is not None:
+        short = plain_name(_UNIT.fullmatch(name.strip())[1])  # type: ignore[index]
+        if short in known:
+            return known.index(short), Column(name, unit)
+    if plain in known:
+        return known.index(plain), Column(name)
+    pattern = _LEVEL_UNIT if role == "level" else _BRACKETS
+    if (match := pattern.fullmatch(name.strip())) and (short := plain_name(match[1])) in known:
+        return known.index(short), Column(name)
+    return None
+
+
+def _time_unit(name: str) -> str | None:
+    match = _UNIT.fullmatch(name.strip())
+    if match is None:
+        return None
+    unit = match[2].lower()
+    return "s" if unit.startswith("s") else unit
+
+
+def _are_addresses(values: pl.Series) -> bool:
+    texts = [text for text in values.cast(pl.String).drop_nulls().to_list() if text.strip()]
+    return bool(texts) and sum(map(is_address, texts)) >= 0.9 * len(texts)
