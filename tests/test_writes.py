@@ -82,7 +82,8 @@ def writes(call: ast.Call) -> bool:
     if name == "open":
         return set(mode_of(call, 1 if owner_name in ("io", "gzip", "bz2", "lzma") else 0)) & set("wax+") != set()
     if name in ("rename", "replace"):
-        return len(call.args) == 1 and not call.keywords and may_be_path(call.args[0])
+        of_columns = ast.unparse(owner).startswith("pl.")
+        return not of_columns and len(call.args) == 1 and not call.keywords and may_be_path(call.args[0])
     if name in ("save", "write_parquet", "write_csv", "write_ndjson"):
         return bool(call.args) and not given_by_folder(call)
     if name in ("ZipFile", "File", "TarFile"):

@@ -266,4 +266,4 @@ def test_rounded_times_and_cells_without_a_number_are_named(tmp_path: Path, labe
     done = vislam2tag("label", tmp_path / "cells.csv", "--labels", labels)
     line = wifi.height + 2
     assert f"unreadable_cells 1 (lines {line}): column time_ms: cells such as 'soon' (line {line})" in done.stdout
-    assert f"column  rssi: cells such as ' N/A' (line {line})" in done.stdout
+    assert f"column rssi: cells such as 'N/A' (line {line})" in done.stdout

@@ -15,7 +15,6 @@ from vislam2tag.cli.tables import or_dash, print_table, red
 from vislam2tag.cli.terminal import answer, print_line, say, visible_console
 from vislam2tag.common.addresses import EVERYWHERE, code_of, listen, url_for
 from vislam2tag.common.errors import OutputError, SurveyError, UsageError
-from vislam2tag.common.files.whole_output import file_to_write
 from vislam2tag.common.findings import Answer, Finding
 
 if TYPE_CHECKING:
@@ -214,6 +213,8 @@ def inspect_command(
 
 
 def _write_columns(path: Path, inspection: api.Inspection) -> None:
+    from vislam2tag.common.files.whole_output import file_to_write
+
     found = next((session.columns for session in inspection.sessions if session.columns), None)
     if found is None:
         raise UsageError(

@@ -105,7 +105,7 @@ def import_command(given: ImportArguments) -> None:
       comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
                      APs.csv
       dungeon-assistant
-                     DungeonAssistant: dataset.csv, or its folder or archive
+                     the published dataset.csv, or its folder or archive
       getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
                      folder or archive of them; Wi-Fi and BLE between POSI marks,
                      in metres east and north of --origin

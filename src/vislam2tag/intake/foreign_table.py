@@ -128,7 +128,9 @@ def read_foreign_table(path: Path) -> ForeignTable:
         raise
     except (OSError, pl.exceptions.PolarsError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else first_line(error)
-        raise UsageError(f"{path}: cannot be read as CSV or Parquet ({why})") from error
+        raise UsageError(
+            f"{path}: cannot be read as CSV, Parquet or XLSX ({why}); save the table as CSV and pass that"
+        ) from error
     if raw.startswith(b"PK"):
         raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
     if b"\0" in raw[:_FIRST_BYTES] and not raw.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -396,7 +398,7 @@ def decoded(raw: bytes) -> tuple[str, int | None]:
 def sheet_lines(path: Path) -> tuple[list[Line], list[str]]:
     """Rows of the first sheet of an XLSX file that are not blank, and its name where there are more sheets.
 
-    Raises OSError where it cannot be read, MissingExtraError if the package that reads it is missing.
+    Raises OSError if it cannot be read, MissingExtraError if the package that reads it is missing.
     """
     raw = read_bytes(path)
     try:

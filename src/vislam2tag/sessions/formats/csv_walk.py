@@ -77,8 +77,11 @@ def _tables(folder: Path) -> list[Path]:
 
 def _has_poses(path: Path) -> bool:
     """Whether the first lines of a file name the columns of poses, or its name says so and they name others."""
-    with plain(path).open("rb") as file:
-        text = file.read(_FIRST_BYTES).decode("utf-8-sig", errors="replace")
+    try:
+        with plain(path).open("rb") as file:
+            text = file.read(_FIRST_BYTES).decode("utf-8-sig", errors="replace")
+    except OSError:  # reading it reports that
+        return False
     for line in text.split("\n")[:20]:
         mark = max((";", "\t", "|", ","), key=line.count)
         columns = [name.strip(' "\r') for name in line.lstrip("# ").split(mark)]
@@ -377,7 +380,7 @@ class _Reader:
                 values = [role for role in ("v1", "v2", "v3") if role in table.roles]
                 numbers = table.numbers(values, self.files.findings)
                 long = sensor_rows(table.rows, "", [pl.Series(column).fill_nan(0.0) for column in numbers.T])
-                kind = table.rows[table.roles["type"]].cast(pl.String).str.to_uppercase().replace(_SENSOR_WORDS)
+                kind = table.rows[table.roles["type"]].cast(pl.String).str.to_uppercase().replace({**_SENSOR_WORDS})
                 parts.append(long.with_columns(sensor=kind))
         sensors, odd = sensor_table(pl.concat(parts), "sensors")
         self.files.findings += odd
