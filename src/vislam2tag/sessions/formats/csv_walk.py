@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,53 +13,71 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError, SurveyError, UsageError
 from vislam2tag.common.files.given_files import plain, read_bytes
-from vislam2tag.common.files.toml_file import read_toml
+from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import rotated
-from vislam2tag.intake.cells import length_unit, with_numbers
+from vislam2tag.intake.cells import length_unit, unreadable_cells, with_numbers
+from vislam2tag.intake.columns import Column, given_column, matching_columns, missing_column, plain_name, shown
 from vislam2tag.intake.foreign_table import read_foreign_table
-from vislam2tag.intake.time_units import ANY, FRAMES, NS_OF, READINGS, Steps, ns_of_seconds, recognised_ns
+from vislam2tag.intake.time_units import (
+    ANY,
+    FRAMES,
+    MAX_STEP_S,
+    NS_OF,
+    READINGS,
+    ROUNDED,
+    Steps,
+    ns_of_seconds,
+    recognised_ns,
+    rounded_step,
+)
 from vislam2tag.sessions.apps import in_acs
-from vislam2tag.sessions.clocks import clock_of, pose_lag_of
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of
 from vislam2tag.sessions.foreign_tables import (
-    MOTION_COLUMNS,
+    MOST_NS,
+    SENSOR_COLUMNS,
     sensor_columns,
-    session_tables,
+    sensors_in,
     table_times,
+    time_zone,
 )
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.pose_axes import plausible_axes
-from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, pressure_log, sensor_rows, sensor_table
-from vislam2tag.sessions.registry import FORMATS, register
-from vislam2tag.sessions.session_files import SessionFiles
+from vislam2tag.sessions.readings import (
+    SENSOR_VALUES,
+    mark_repeated,
+    pressure_log,
+    sensor_rows,
+    sensor_table,
+    with_sensor_units,
+)
+from vislam2tag.sessions.registry import FORMATS, HEAD_BYTES, TABLE_SUFFIXES, register
+from vislam2tag.sessions.session_files import MISSING, SessionFiles
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
-    Header,
+    SENSOR_TYPES,
+    SENSORS,
     TableColumns,
     WalkColumns,
-    candidates,
-    missing_columns,
+    kind_of,
     named_as_poses,
     resolved,
-    shown,
-    time_unit,
+    sensor_of_file,
 )
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
 from vislam2tag.site.site_table import is_file
 
 NAME = "csv-walk"
-_SUFFIXES = frozenset({".csv", ".tsv", ".txt"})
 _UNITS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 _MAX_APART_NS = 100_000_000
 """Sightings belong to the frame that is closest in time, if it is not further away."""
 _NEW_SCAN_NS = 1_000_000_000
 _MOST_FILES = 100
-_FIRST_BYTES = 2000
 _LOGGED_SHARE = 0.9
 """A landmark with rows at more of the frames behind its first one is logged at every frame, not only when seen."""
 _UNUSED = frozenset({"truth.csv", "fixes.csv", "tachy.csv", "refMarker.csv", "ControlPoint.csv"})
@@ -68,7 +87,7 @@ def _tables(folder: Path) -> list[Path]:
     return [
         path
         for path in sorted(folder.iterdir())
-        if path.suffix.lower() in _SUFFIXES
+        if path.suffix.lower() in TABLE_SUFFIXES
         and path.name not in _UNUSED
         and not path.name.startswith(".")
         and is_file(path)
@@ -78,11 +97,11 @@ def _tables(folder: Path) -> list[Path]:
 def _has_poses(path: Path) -> bool:
     """Whether the first lines of a file name the columns of poses, or its name says so and they name others."""
     with plain(path).open("rb") as file:
-        text = file.read(_FIRST_BYTES).decode("utf-8-sig", errors="replace")
+        text = file.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
     for line in text.split("\n")[:20]:
         mark = max((";", "\t", "|", ","), key=line.count)
         columns = [name.strip(' "\r') for name in line.lstrip("# ").split(mark)]
-        if Header(path.name, tuple(columns)).kinds == ("poses",):
+        if kind_of(path.name, columns) == "poses":
             return True
         letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
         if named_as_poses(path.name) and len(columns) >= 4 and len(letters) > len(columns) / 2:
@@ -115,32 +134,53 @@ class CsvWalk:
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; raises SessionError if a column that is needed cannot be recognised."""
         try:
-            return _Reader(ref.folder).session(ref, settings)
+            return _Reader(ref.folder, ref.beside).session(ref, settings)
         except (UsageError, SurveyError) as error:
             raise SessionError(str(error)) from error
 
 
 @dataclass
 class _Table:
-    """A table: its rows behind ``row``, its columns by role, and their section."""
+    """A table: its rows behind ``row``, its columns by role, and their section of ``columns.toml``."""
 
+    kind: str
     file: str
     rows: pl.DataFrame
-    roles: dict[str, str]
+    roles: dict[str, Column]
     given: TableColumns
+
+    @property
+    def time_ns(self) -> IntArray:
+        """Times (n,), ns."""
+        return self.rows["time_ns"].to_numpy()
 
     def numbers(self, roles: Sequence[str], findings: list[Finding]) -> FloatArray:
         """Columns (n, k) as numbers; NaN for cells that are none."""
-        table, odd = with_numbers(self.rows, list(dict.fromkeys(self.roles[role] for role in roles)), self.file)
+        names = [self.roles[role].name for role in roles]
+        table, odd = with_numbers(self.rows, list(dict.fromkeys(names)), self.file)
         findings += odd
-        return np.column_stack([table[self.roles[role]].fill_null(np.nan).to_numpy() for role in roles])
+        return np.column_stack([table[name].fill_null(np.nan).to_numpy() for name in names])
 
-    def metres(self) -> float:
-        """Metres in the unit of its lengths."""
+    def lengths(self, roles: Sequence[str], findings: list[Finding]) -> FloatArray:
+        """Columns (n, k) of lengths, m."""
         unit = self.given.length_unit
-        if unit is not None and length_unit(unit) is None:
-            raise UsageError(f"{COLUMNS_FILE}: length_unit = {unit!r} is unknown; use one such as m, cm or ft")
-        return 1.0 if unit is None else length_unit(unit) or 1.0
+        metres = None if unit is None else length_unit(unit)
+        if unit is not None and metres is None:
+            raise UsageError(
+                f"{COLUMNS_FILE}: [{self.kind}] length_unit = {unit!r} is unknown; use m, cm, ft or the like"
+            )
+        factors = [metres or self.roles[role].metres or 1.0 for role in roles]
+        return self.numbers(roles, findings) * factors
+
+    def level(self, findings: list[Finding]) -> pl.Series:
+        """Levels (n,), dBm; null for cells that are none."""
+        return pl.Series(self.numbers(("level",), findings)[:, 0]).cast(pl.Float32).fill_nan(None)
+
+    def text(self, role: str) -> pl.Expr:
+        """A column as text; null if the table has none."""
+        if role not in self.roles:
+            return pl.lit(None, dtype=pl.String)
+        return pl.col(self.roles[role].name).cast(pl.String)
 
 
 _Found: TypeAlias = dict[str, list[tuple[str, pl.DataFrame]]]
@@ -150,66 +190,68 @@ _Found: TypeAlias = dict[str, list[tuple[str, pl.DataFrame]]]
 class _Reader:
     """Reads one session, and keeps how its columns were resolved."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, beside: Path | None) -> None:
         self.folder = folder
         self.files = SessionFiles(folder, {})
-        self.path = _columns_file(folder)
-        self.columns = WalkColumns() if self.path is None else read_toml(self.path, WalkColumns)
-        self.found: dict[str, TableColumns] = {}
+        path = _columns_file(folder) or (None if beside is None else _columns_file(beside))
+        self.columns = WalkColumns() if path is None else read_toml(path, WalkColumns)
+        self.found: dict[tuple[str, str], TableColumns] = {}
+        self.by_kind: _Found = {}
 
     def session(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        by_kind: _Found = {}
+        self._sort_tables()
+        self.local = self._all_are_local_dates()
+        camera = self._camera(settings)
+        landmarks = self._landmarks(camera) if "sightings" in self.by_kind else no_landmarks()
+        sensors = self._sensors(camera)
+        clock_ns = clock_of(camera, sensors)
+        tables = {"sensors": sensors, "wifi": self._wifi(clock_ns, camera, sensors, settings)}
+        if "ble" in self.by_kind:
+            tables["ble"] = self._ble(clock_ns, camera)
+        camera = replace(camera, pressure=pressure_log(sensors), pose_lag_s=pose_lag_of(camera, sensors))
+        self._report()
+        resolved_columns = self.columns.model_copy(update=self._sections()).text
+        return replace(self.files.session(ref.key, camera, landmarks, tables), columns=resolved_columns)
+
+    def _sort_tables(self) -> None:
+        """Find the kind of each table, and report those without one and those that are missing."""
         for path in _tables(self.folder):
             table = read_foreign_table(path)
             rows = table.rows
-            numbered = rows.select(table.lines, pl.all())
-            kinds = self._kinds(path.name, rows.columns)
-            data = read_bytes(path)
+            kinds = self._kinds(path.name, rows.head(_SAMPLE))
+            if kinds == ["wifi"] and self.columns.ble.file is None and _has_beacons(rows):
+                kinds.append("ble")
             for kind in kinds:
-                by_kind.setdefault(kind, []).append((path.name, numbered))
+                numbered = rows.select(table.lines, pl.all().exclude("row"))
+                self.by_kind.setdefault(kind, []).append((path.name, numbered))
             if kinds:
-                self.files.files.append(FileRecord.of(path.name, kinds[0], data, rows.height, rows.height))
+                role = "sensors" if kinds[0] in SENSORS else kinds[0]
+                self.files.files.append(FileRecord.of(path.name, role, read_bytes(path), rows.height, rows.height))
             else:
-                message = (
-                    f"its columns {shown(rows.columns)} were not recognised; name them in {COLUMNS_FILE} or remove the "
-                    "file"
-                )
+                columns = shown(rows.columns)
+                message = f"the kind of this table was not recognised; found the columns {columns}; name its "
+                message += f'file and columns in {COLUMNS_FILE}, as [wifi] file = "{path.name}", or remove the file'
                 self.files.note("unread_file", path.name, message)
-        camera = self._camera(by_kind, settings)
-        landmarks = (
-            no_landmarks() if "sightings" not in by_kind else self._landmarks(self._table("sightings", by_kind), camera)
-        )
-        if "sightings" not in by_kind:
-            self.files.note(
-                "missing_file",
-                "sightings.csv",
-                "there are no landmark sightings: only a plan of its floor can place the session",
-            )
-        sensors = self._sensors(by_kind, camera)
-        clock_ns = clock_of(camera, sensors)
-        tables = {"sensors": sensors, "wifi": self._wifi(by_kind, clock_ns, settings)}
-        if "ble" in by_kind:
-            tables["ble"] = self._ble(by_kind, clock_ns)
-        camera = replace(camera, pressure=pressure_log(sensors), pose_lag_s=pose_lag_of(camera, sensors))
-        self._report()
-        resolved_columns = self.columns.model_copy(update=self.found).text
-        return replace(self.files.session(ref.key, camera, landmarks, tables), columns=resolved_columns)
+        for kind, role in (("sightings", "landmarks"), ("wifi", "wifi"), ("sensors", "sensors")):
+            alike = {"sensors", *SENSORS} if kind == "sensors" else {kind}
+            if not alike & self.by_kind.keys():
+                self.files.note("missing_file", f"{kind}.csv", *MISSING[role])
 
-    def _kinds(self, file: str, columns: Sequence[str]) -> tuple[str, ...]:
-        named = [
-            kind for kind in ("poses", "sightings", "wifi", "ble", "sensors") if self.columns.of(kind).file == file
-        ]
+    def _kinds(self, file: str, sample: pl.DataFrame) -> list[str]:
+        """The kinds of a table: as columns.toml says, else by its columns and the file's name."""
+        named = [kind for kind in WalkColumns.model_fields if self.columns.of(kind).file == file]
         if named:
-            return tuple(named)
-        kinds = Header(file, tuple(columns)).kinds
-        if not kinds and any(sensor_columns(columns, sensor)[0] for sensor in MOTION_COLUMNS):
-            kinds = ("sensors",)
-        if not kinds and named_as_poses(file):
-            kinds = ("poses",)
-        return tuple(kind for kind in kinds if self.columns.of(kind).file is None)
+            return named
+        columns = sample.columns
+        kind = kind_of(file, columns, sample)
+        if kind is None and _is_wide(columns):
+            kind = "sensors"
+        kind = kind or ("poses" if named_as_poses(file) else sensor_of_file(file, columns))
+        return [] if kind is None or self.columns.of(kind).file is not None else [kind]
 
-    def _table(self, kind: str, by_kind: _Found) -> _Table:
-        files = by_kind.get(kind, [])
+    def _only(self, kind: str) -> _Table:
+        """The table of a kind; raises UsageError if there is none, or several."""
+        files = self.by_kind.get(kind, [])
         if not files:
             there = ", ".join(path.name for path in _tables(self.folder))
             raise UsageError(
@@ -222,182 +264,335 @@ class _Reader:
                 f"{self.folder}: the files {names} may all be {kind}; choose one in {COLUMNS_FILE}: "
                 f'[{kind}] file = "{files[0][0]}"'
             )
-        (file, rows), given = files[0], self.columns.of(kind)
-        roles = resolved(rows.columns[1:], kind, given, file)
-        self.found[kind] = TableColumns(**{**given.model_dump(), **roles, "file": file})
-        return _Table(file, rows, roles, given)
+        return self._table(kind, *files[0])
 
-    def _times(self, table: _Table, kind: str, steps: Steps, clock_ns: IntArray | None = None) -> _Table:
-        """The table with ``time_ns``; rows without a time are left out and reported."""
-        name = table.roles["time"]
-        texts = table.rows[name].cast(pl.String).str.strip_chars()
-        unit = table.given.time_unit or time_unit(name)
-        if (texts.head(20).str.contains(r"^\d{4}-\d\d-\d\d[T ]").sum() or 0) > min(20, len(texts)) / 2:
-            dates = table_times(
-                texts.alias(name), np.empty((0, 2), dtype=np.int64), clock=None, unit=None, zone=table.given.zone
-            )
-            known = pl.Series(dates.usable)
-            return replace(table, rows=table.rows.with_columns(time_ns=dates.time_ns).filter(known))
-        exact = texts.cast(pl.Int64, strict=False)
-        numbers, odd = with_numbers(table.rows.with_columns(texts.alias(name)), [name], table.file)
+    def _table(self, kind: str, file: str, rows: pl.DataFrame) -> _Table:
+        """A table with its columns by role; raises UsageError if one is missing or ambiguous."""
+        given, cells = self.columns.of(kind), rows.drop("row")
+        roles = resolved(cells.columns, kind, given, file, cells.head(_SAMPLE))
+        names = {role: column.name for role, column in roles.items()}
+        table = _Table(kind, file, rows, roles, given)
+        self._noted(table, **(given.model_dump() | names | {"file": file}))
+        return table
+
+    def _noted(self, table: _Table, **entries: str) -> None:
+        """Keep what was found out about a table."""
+        place = table.kind, table.file
+        known = self.found.get(place, TableColumns(file=table.file))
+        self.found[place] = known.model_copy(update=entries)
+
+    def _times(self, table: _Table, steps: Steps, clock_ns: IntArray | None = None, alike: str | None = None) -> _Table:
+        """The table with ``time_ns``; rows without a time are left out and reported.
+
+        ``steps`` limit the intervals between rows, if given between those with the most frequent value in ``alike``.
+        """
+        column = table.roles["time"]
+        texts = table.rows[column.name].cast(pl.String).str.strip_chars()
+        if _are_dates(texts):
+            return self._with_dates(table, texts)
+        step, example = rounded_step(texts)
+        numbers, odd = with_numbers(table.rows.with_columns(texts), [column.name], table.file)
         self.files.findings += odd
-        known = numbers[name].is_not_null() & numbers[name].is_finite()
-        whole = bool(exact.filter(known).is_not_null().all())
-        rows = table.rows.filter(known)
-        if unit is not None:
-            factor = NS_OF[_UNITS[unit]]
-            time_ns = (
-                exact.filter(known) * factor if whole else (numbers[name].filter(known) * factor).round().cast(pl.Int64)
+        known = numbers[column.name].is_not_null() & numbers[column.name].is_finite()
+        rows, exact = table.rows.filter(known), texts.filter(known).cast(pl.Int64, strict=False)
+        values = numbers[column.name].filter(known).to_numpy()
+        if not len(values):
+            raise UsageError(
+                f"{table.file}: column {column.name} contains no time; expected numbers, or dates such as "
+                "2021-12-20T09:14:05+01:00"
             )
-        elif whole:
-            read_ns = exact.filter(known).to_numpy()
-            found_ns, other = recognised_ns(read_ns, read_ns, steps, table.file, "nanoseconds", clock_ns)
-            unit = next((each for each, words in _UNITS.items() if other and other[0].message.endswith(words)), "ns")
-            time_ns = pl.Series(found_ns)
+        whole = exact.null_count() == 0
+        stated = table.given.time_unit or column.unit
+        if stated is not None and np.abs(values).max() * NS_OF[_UNITS[stated]] >= MOST_NS:
+            raise UsageError(
+                f"{table.file}: column {column.name}: {values[0]:.15g} is not a time in {_UNITS[stated]}; write the "
+                f'unit to {COLUMNS_FILE}: [{table.kind}] time_unit = "ns"'
+            )
+        factor = NS_OF[_UNITS[stated or ("ns" if whole else "s")]]
+        read_ns = (
+            (exact * factor).to_numpy() if whole else np.round(values * factor).clip(-MOST_NS, MOST_NS).astype(int)
+        )
+        if table.given.time_unit is not None:
+            time_ns = read_ns
+        elif stated is None and not whole:
+            time_ns, _ = ns_of_seconds(values, steps, table.file)
         else:
-            found_ns, other = ns_of_seconds(numbers[name].filter(known).to_numpy(), steps, table.file)
-            unit = next((each for each, words in _UNITS.items() if other and other[0].message.endswith(words)), "s")
-            time_ns = pl.Series(found_ns)
-        self.found[kind] = self.found[kind].model_copy(update={"time_unit": unit})
-        return replace(table, rows=rows.with_columns(time_ns=time_ns))
+            rate_ns = read_ns if alike is None else read_ns[(rows[alike] == rows[alike].mode()[0]).to_numpy()]
+            words = _UNITS[stated or "ns"]
+            time_ns, other = recognised_ns(read_ns, rate_ns, steps, table.file, words, clock_ns)
+            self.files.findings += [] if stated is None else other
+        unit = _unit_of(values, time_ns) or stated or "ns"
+        if step * NS_OF[_UNITS[unit]] / 1e9 > MAX_STEP_S:
+            raise UsageError(f"{table.file}: column {column.name}: times such as {example} are rounded; {ROUNDED}")
+        self._noted(table, time_unit=unit)
+        return replace(table, rows=rows.with_columns(time_ns=pl.Series(time_ns)))
 
-    def _camera(self, by_kind: _Found, settings: FindingSettings) -> CameraTrack:
-        table = self._times(self._table("poses", by_kind), "poses", FRAMES)
-        poses = table.numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), self.files.findings)
-        poses[:, :3] *= table.metres()
+    def _with_dates(self, table: _Table, texts: pl.Series) -> _Table:
+        """The table with ``time_ns`` of dates; raises UsageError if their time zone is unknown."""
+        zone, entry = table.given.zone, f"{COLUMNS_FILE}: [{table.kind}] zone ="
+        if zone is not None:
+            time_zone(zone, entry)
+        elif _are_local(texts):
+            if not self.local:
+                example = texts.drop_nulls()[0]
+                raise UsageError(
+                    f"{table.file}: column {texts.name}: '{example}' has no time zone, and other tables of this walk "
+                    f'have times with one, or numbers; write it to {entry} "Europe/Berlin"'
+                )
+            zone = "UTC"
+            self._noted(table, zone=zone)
+        try:
+            times = table_times(texts, np.empty((0, 2), dtype=int), clock=None, unit=None, zone=zone)
+        except UsageError as error:
+            raise UsageError(f"{table.file}: {error}") from error
+        usable = pl.Series(times.usable)
+        self.files.findings += unreadable_cells(
+            table.rows, texts.name, ~usable & (texts != ""), table.file, "and their rows are left out"
+        )
+        return replace(table, rows=table.rows.with_columns(time_ns=pl.Series(times.time_ns)).filter(usable))
+
+    def _all_are_local_dates(self) -> bool:
+        """Whether the times of all tables are dates without a time zone: then all are read as those of one clock."""
+        return all(
+            _are_local(rows[column].cast(pl.String).str.strip_chars())
+            for kind, files in self.by_kind.items()
+            for _, rows in files
+            if (column := _time_column(rows, self.columns.of(kind))) is not None
+        )
+
+    def _camera(self, settings: FindingSettings) -> CameraTrack:
+        table = self._times(self._only("poses"), FRAMES)
+        turn = table.numbers(("qx", "qy", "qz", "qw"), self.files.findings)
+        poses = np.column_stack((table.lengths(("x", "y", "z"), self.files.findings), turn))
         given = table.given
-        cameras, frames = (
-            (given.camera,) if given.camera else ("y-up", "y-down"),
-            (given.frame,) if given.frame else ("y-up", "z-up"),
-        )
-        axes = (
-            (*cameras, *frames)
-            if len(cameras) == len(frames) == 1
-            else plausible_axes(table.rows["time_ns"].to_numpy(), poses, cameras=cameras, frames=frames)
-        )
+        cameras = (given.camera,) if given.camera else ("y-up", "y-down")
+        frames = (given.frame,) if given.frame else ("y-up", "z-up")
+        axes: Sequence[object] | None = (*cameras, *frames)
+        if len(cameras) + len(frames) > 2:
+            axes = plausible_axes(table.time_ns, poses, cameras=cameras, frames=frames)
         if axes is None:
             raise UsageError(
                 f"{table.file}: the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
                 '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
             )
-        self.axes = axes[0], axes[1]
-        self.found["poses"] = self.found["poses"].model_copy(update={"camera": axes[0], "frame": axes[1]})
+        self.axes = str(axes[0]), str(axes[1])
+        self._noted(table, camera=self.axes[0], frame=self.axes[1])
         rows = table.rows.select("row", "time_ns").with_columns(_pose_series(in_acs(poses, *self.axes)))
-        camera, findings = camera_track(rows, table.file, settings)
-        self.files.findings += findings
-        return camera
+        return self.files.noted(camera_track(rows, table.file, settings))
 
-    def _landmarks(self, table: _Table, camera: CameraTrack) -> LandmarkLog:
-        table = self._times(table, "sightings", FRAMES, clock_of(camera))
-        count, findings = table.rows.height, self.files.findings
-        turned = {"qx", "qy", "qz", "qw"} <= table.roles.keys()
-        at_rest = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
-        turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else at_rest
+    def _landmarks(self, camera: CameraTrack) -> LandmarkLog:
+        table, findings = self._times(self._only("sightings"), FRAMES, clock_of(camera)), self.files.findings
+        findings += clock_mismatch(table.time_ns, table.file, camera)
+        at_rest = np.tile((0.0, 0.0, 0.0, 1.0), (table.rows.height, 1))
         frames = np.flatnonzero(camera.usable)
-        frame_ns, time_ns = camera.time_ns[frames], table.rows["time_ns"].to_numpy()
+        frame_ns, time_ns = camera.time_ns[frames], table.time_ns
         nearest = _nearest(frame_ns, time_ns)
         if {"dx", "dy", "dz"} <= table.roles.keys():
-            offset = table.numbers(("dx", "dy", "dz"), findings) * table.metres()
+            offset = table.lengths(("dx", "dy", "dz"), findings)
             if self.axes[0] == "y-down":
                 offset = offset * (1.0, -1.0, -1.0)
             at = np.column_stack([np.interp(time_ns, frame_ns, axis) for axis in camera.position_acs[frames].T])
             poses = np.column_stack((at + rotated(camera.orientation_acs[frames[nearest]], offset), at_rest))
         else:
-            position = table.numbers(("x", "y", "z"), findings) * table.metres()
-            poses = in_acs(np.column_stack((position, turn)), "y-up", self.axes[1])
+            turned = {"qx", "qy", "qz", "qw"} <= table.roles.keys()
+            turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else at_rest
+            poses = in_acs(np.column_stack((table.lengths(("x", "y", "z"), findings), turn)), "y-up", self.axes[1])
         close = np.abs(frame_ns[nearest] - time_ns) <= _MAX_APART_NS
         rows = table.rows.select(
-            "row",
-            id=pl.col(table.roles["id"]).cast(pl.String).str.strip_chars(),
-            time_ns=np.where(close, frame_ns[nearest], time_ns),
+            "row", id=table.text("id").str.strip_chars(), time_ns=np.where(close, frame_ns[nearest], time_ns)
         )
-        log, odd = landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera)
-        findings += odd
+        log = self.files.noted(landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera))
         first = np.full(len(log.ids), len(camera.time_ns))
         np.minimum.at(first, log.landmark, log.frame)
         expected = sum(int((frames >= each).sum()) for each in first)
         logged = len(log.landmark) >= _LOGGED_SHARE * max(expected, 1)
         return log if logged else replace(log, seen=np.ones(len(log.landmark), dtype=bool))
 
-    def _wifi(self, by_kind: _Found, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
-        if "wifi" not in by_kind:
-            self.files.note("missing_file", "wifi.csv", "there are no Wi-Fi scans; the session has no Wi-Fi labels")
+    def _wifi(
+        self, clock_ns: IntArray, camera: CameraTrack, sensors: pl.DataFrame, settings: FindingSettings
+    ) -> pl.DataFrame:
+        if "wifi" not in self.by_kind:
             return mark_repeated(pl.DataFrame(schema=_WIFI), "bssid")
-        self.files.names = {**self.files.names, "wifi": (by_kind["wifi"][0][0],)}
-        table = self._times(self._table("wifi", by_kind), "wifi", Steps(0.0, 600.0), clock_ns)
+        table = self._of_technology(self._only("wifi"))
+        table = self._times(table, Steps(0.0, 600.0), clock_ns)
+        frequency: pl.Series | pl.Expr = pl.lit(None, dtype=pl.Float32)
+        if "frequency" in table.roles:
+            frequency = pl.Series(table.numbers(("frequency",), self.files.findings)[:, 0]).cast(pl.Float32)
+            frequency = frequency.fill_nan(None)
         rows = table.rows.select(
             "row",
             "time_ns",
             scan=_scans(table),
-            bssid=pl.col(table.roles["address"]).cast(pl.String).fill_null("").str.strip_chars(),
-            ssid=pl.col(table.roles["ssid"]).cast(pl.String) if "ssid" in table.roles else pl.lit(""),
-            rssi_dbm=pl.Series(table.numbers(("level",), self.files.findings)[:, 0]).cast(pl.Float32).fill_nan(None),
-            frequency_mhz=pl.Series(table.numbers(("frequency",), self.files.findings)[:, 0])
-            .cast(pl.Float32)
-            .fill_nan(None)
-            if "frequency" in table.roles
-            else pl.lit(None, dtype=pl.Float32),
+            bssid=table.text("address").fill_null("").str.strip_chars(),
+            ssid=table.text("ssid").fill_null(""),
+            rssi_dbm=table.level(self.files.findings),
+            frequency_mhz=frequency,
         )
-        return self.files.wifi(rows.drop_nulls("rssi_dbm"), settings)
+        self.files.names = {**self.files.names, "wifi": (table.file,)}
+        wifi = self.files.wifi(rows.drop_nulls("rssi_dbm"), settings)
+        return self.files.on_clock("wifi", wifi, camera, sensors)
 
-    def _ble(self, by_kind: _Found, clock_ns: IntArray) -> pl.DataFrame:
-        self.files.names = {**self.files.names, "ble": (by_kind["ble"][0][0],)}
-        table = self._times(self._table("ble", by_kind), "ble", ANY, clock_ns)
-
-        def text(role: str) -> pl.Expr:
-            return pl.col(table.roles[role]).cast(pl.String) if role in table.roles else pl.lit(None, dtype=pl.String)
-
+    def _ble(self, clock_ns: IntArray, camera: CameraTrack) -> pl.DataFrame:
+        table = self._times(self._of_technology(self._only("ble")), ANY, clock_ns)
         rows = table.rows.select(
             "row",
             "time_ns",
-            address=text("address").fill_null("").str.strip_chars(),
-            name=text("name"),
-            uuid=text("uuid"),
-            major=text("major").cast(pl.Int32, strict=False),
-            minor=text("minor").cast(pl.Int32, strict=False),
-            rssi_dbm=pl.Series(table.numbers(("level",), self.files.findings)[:, 0]).cast(pl.Float32).fill_nan(None),
+            table.text("name").alias("name"),
+            table.text("uuid").alias("uuid"),
+            address=table.text("address").fill_null("").str.strip_chars(),
+            major=table.text("major").cast(pl.Int32, strict=False),
+            minor=table.text("minor").cast(pl.Int32, strict=False),
+            rssi_dbm=table.level(self.files.findings),
         )
-        return self.files.ble(rows.drop_nulls("rssi_dbm"))
+        self.files.names = {**self.files.names, "ble": (table.file,)}
+        return self.files.on_clock("ble", self.files.ble(rows.drop_nulls("rssi_dbm")), camera)
 
-    def _sensors(self, by_kind: _Found, camera: CameraTrack) -> pl.DataFrame:
+    def _of_technology(self, table: _Table) -> _Table:
+        """The rows of the radio technology of a table's kind, if a column states it; rows of others are reported."""
+        if "technology" not in table.roles:
+            return table
+        said = table.rows.select(table.text("technology").fill_null("").str.to_lowercase()).to_series()
+        kinds = [kind for kind in _RADIO if any(file == table.file for file, _ in self.by_kind.get(kind, ()))]
+        read = said.str.contains("|".join(_RADIO[kind] for kind in kinds))
+        if kinds[0] == table.kind and not read.all():
+            others = ", ".join(sorted(set(said.filter(~read)))[:_SHOWN])
+            message = f"rows of other technologies ({others}) are not read. No action needed if that is right"
+            lines = table.rows.filter(~read)["row"].to_list()
+            self.files.findings.append(
+                Finding.at_lines("technology_left_out", table.file, lines, message, severity=Severity.INFO)
+            )
+        return replace(table, rows=table.rows.filter(said.str.contains(_RADIO[table.kind])))
+
+    def _sensors(self, camera: CameraTrack) -> pl.DataFrame:
+        """The table ``sensors`` of all tables of sensors, in units of Android."""
         parts = [sensor_rows(pl.DataFrame(schema={"row": pl.Int64, "time_ns": pl.Int64}), "", [])]
-        for file, rows in by_kind.get("sensors", []):
-            given = self.columns.sensors
-            if any(sensor_columns(rows.columns, sensor)[0] for sensor in MOTION_COLUMNS):
-                name = resolved_time(rows.columns[1:], given, file)
-                self.found["sensors"] = TableColumns(file=file, time=name)
-                table = self._times(_Table(file, rows, {"time": name}, given), "sensors", READINGS, clock_of(camera))
-                made, odd = session_tables(table.rows.drop(name) if name != "time_ns" else table.rows, "sensors", file)
-                self.files.findings += odd
-                parts.append(made["sensors"].select("row", "time_ns", "sensor", *SENSOR_VALUES))
+        for file, rows in self.by_kind.get("sensors", []):
+            if _is_wide(rows.columns):
+                parts += self._of_wide(file, rows, camera)
             else:
-                table = self._times(
-                    self._table("sensors", {"sensors": [(file, rows)]}), "sensors", ANY, clock_of(camera)
-                )
-                values = [role for role in ("v1", "v2", "v3") if role in table.roles]
-                numbers = table.numbers(values, self.files.findings)
-                long = sensor_rows(table.rows, "", [pl.Series(column).fill_nan(0.0) for column in numbers.T])
-                kind = table.rows[table.roles["type"]].cast(pl.String).str.to_uppercase().replace(_SENSOR_WORDS)
-                parts.append(long.with_columns(sensor=kind))
-        sensors, odd = sensor_table(pl.concat(parts), "sensors")
-        self.files.findings += odd
-        return sensors
+                parts += self._of_long(self._table("sensors", file, rows), camera)
+        for kind in SENSORS:
+            if kind in self.by_kind:
+                parts += self._of_sensor(self._times(self._only(kind), READINGS, clock_of(camera)), kind, camera)
+        return self.files.noted(sensor_table(pl.concat(parts), "sensors"))
+
+    def _of_wide(self, file: str, rows: pl.DataFrame, camera: CameraTrack) -> list[pl.DataFrame]:
+        """The readings of a table with a column for each axis of each sensor, such as ``acc_x``."""
+        given, columns = self.columns.sensors, rows.columns[1:]
+        matched = matching_columns(columns, "time")
+        if given.time:
+            matched = [given_column("time", given.time, columns, "sensors", file)]
+        if not matched:
+            raise UsageError(f"{file}: {missing_column(columns, ('time',), 'sensors')}")
+        table = _Table("sensors", file, rows, {"time": matched[0]}, given)
+        self._noted(table, time=matched[0].name)
+        table = self._times(table, READINGS, clock_of(camera))
+        return self._in_units(table.rows, file, camera)
+
+    def _of_long(self, table: _Table, camera: CameraTrack) -> list[pl.DataFrame]:
+        """The readings of a table with a row for each sensor and time, such as ``ACC`` with ``v1`` to ``v3``."""
+        table = self._times(table, READINGS, clock_of(camera), table.roles["type"].name)
+        said = table.rows.select(table.text("type").fill_null("")).to_series()
+        types = {text: SENSOR_TYPES.get(_sensor_word(text), text.upper()) for text in set(said)}
+        sensor = said.replace_strict(types, return_dtype=pl.String)
+        parts = []
+        for kind, name in SENSORS.items():
+            if (sensor == name).any():
+                parts += self._of_sensor(replace(table, rows=table.rows.filter(sensor == name)), kind, camera)
+        others = replace(table, rows=table.rows.filter(~sensor.is_in(list(SENSORS.values()))))
+        values = others.numbers([role for role in _VALUES if role in table.roles], self.files.findings)
+        rows = sensor_rows(others.rows, "", [pl.Series(column).fill_nan(0.0) for column in values.T])
+        rows = rows.with_columns(sensor=sensor.filter(~sensor.is_in(list(SENSORS.values()))))
+        parts.append(self.files.noted(with_sensor_units(rows, table.file)))
+        return [pl.concat(parts).sort("row", maintain_order=True)]
+
+    def _of_sensor(self, table: _Table, kind: str, camera: CameraTrack) -> list[pl.DataFrame]:
+        """The readings of one sensor, whose columns get the names that they have in tables of several."""
+        roles = [role for role in _VALUES if role in table.roles][: 1 if kind == "pressure" else 3]
+        if kind != "pressure" and len(roles) < len(_VALUES):
+            missing = [role for role in _VALUES if role not in roles]
+            found = [each.name for each in table.roles.values()]
+            names = {role: f"value_{axis}" for role, axis in zip(_VALUES, "xyz", strict=True) if role in missing}
+            raise UsageError(f"{table.file}: {missing_column(found, names, table.kind)}")
+        columns = {}
+        for role, axis in zip(roles, "xyz", strict=False):
+            unit = _BRACKETS.search(table.roles[role].name)
+            name = kind if kind == "pressure" else f"{kind}_{axis}"
+            columns[name + (f" [{unit[1]}]" if unit else "")] = pl.col(table.roles[role].name)
+        return self._in_units(table.rows.select("row", "time_ns", **columns), table.file, camera)
+
+    def _in_units(self, rows: pl.DataFrame, file: str, camera: CameraTrack) -> list[pl.DataFrame]:
+        """Readings in units of Android; reported if their times do not meet the frames."""
+        sensors = self.files.noted(sensors_in(rows, file))
+        self.files.findings += clock_mismatch(sensors["time_ns"].to_numpy(), file, camera)
+        return [sensors.select("row", "time_ns", "sensor", *SENSOR_VALUES)]
+
+    def _sections(self) -> dict[str, TableColumns]:
+        """How the tables were read, for columns.toml; kinds of several files are found again without it."""
+        return {kind: section for (kind, _), section in self.found.items() if len(self.by_kind[kind]) == 1}
 
     def _report(self) -> None:
         """Say how the columns were read."""
-        for kind, section in self.found.items():
-            named = self.columns.of(kind)
+        for (kind, file), section in self.found.items():
+            given = self.columns.of(kind)
             entries = {
                 key: value
                 for key, value in section.model_dump().items()
-                if value is not None and key != "file" and getattr(named, key) != value
+                if value is not None and key != "file" and getattr(given, key) != value
             }
             if entries:
-                words = ", ".join(f'{key} = "{value}"' for key, value in entries.items())
-                message = (
-                    f"read as {kind} with {words}. If that is wrong, write the right ones to {COLUMNS_FILE}: [{kind}]"
-                )
-                self.files.note("columns_guessed", section.file or "", message, Severity.INFO)
+                words = ", ".join(f"{key} = {toml_value(value)}" for key, value in entries.items())
+                message = f"read as {kind}: {words}. If that is wrong, write the right ones to {COLUMNS_FILE}: [{kind}]"
+                self.files.note("columns_guessed", file, message, Severity.INFO)
+
+
+_VALUES = ("v1", "v2", "v3")
+_SAMPLE, _SHOWN = 50, 5
+_RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
+"""Words for technologies, by the kind of table that has their readings."""
+_BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
+_DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
+
+
+def _is_wide(columns: Sequence[str]) -> bool:
+    return any(sensor_columns(columns, sensor)[0] for sensor in SENSOR_COLUMNS)
+
+
+def _has_beacons(rows: pl.DataFrame) -> bool:
+    """Whether a column of technologies has some that are Bluetooth, as in a log of both radios."""
+    return any(
+        rows[column.name].cast(pl.String).str.to_lowercase().str.contains(_RADIO["ble"]).any()
+        for column in matching_columns(rows.columns, "technology")[:1]
+    )
+
+
+def _sensor_word(text: str) -> str:
+    """The normal form of a sensor's name, as in ``android.sensor.accelerometer``."""
+    return re.sub(r"^(?:android)?sensor(?=.)", "", plain_name(text))
+
+
+def _are_dates(texts: pl.Series) -> bool:
+    return (texts.str.contains(_DATE).sum() or 0) > len(texts) / 2
+
+
+def _are_local(texts: pl.Series) -> bool:
+    """Whether times are dates without a time zone."""
+    return _are_dates(texts) and not texts.str.contains(_ZONE).any()
+
+
+def _time_column(rows: pl.DataFrame, given: TableColumns) -> str | None:
+    if given.time in rows.columns:
+        return given.time
+    return next((column.name for column in matching_columns(rows.columns, "time")), None)
+
+
+def _unit_of(values: FloatArray, time_ns: IntArray) -> str | None:
+    """The unit in which values (n,) were read as times (n,), ns; None if all are 0."""
+    greatest = int(np.argmax(np.abs(values)))
+    if values[greatest] == 0 or time_ns[greatest] == 0:
+        return None
+    factor = time_ns[greatest] / values[greatest]
+    return min(_UNITS, key=lambda unit: abs(np.log(NS_OF[_UNITS[unit]] / factor)))
 
 
 _WIFI = {
@@ -406,20 +601,6 @@ _WIFI = {
     **dict.fromkeys(("bssid", "ssid"), pl.String),
     **dict.fromkeys(("rssi_dbm", "frequency_mhz"), pl.Float32),
 }
-_SENSOR_WORDS = {
-    **dict.fromkeys(("ACCELEROMETER", "ACCE", "ACCELERATION"), "ACC"),
-    **dict.fromkeys(("GYROSCOPE", "GYR"), "GYRO"),
-    **dict.fromkeys(("MAGNETOMETER", "MAGN", "MAGNETIC"), "MAG"),
-    **dict.fromkeys(("BAROMETER", "PRES", "BARO"), "PRESSURE"),
-}
-
-
-def resolved_time(columns: Sequence[str], given: TableColumns, file: str) -> str:
-    """The column of times of a table of sensors; raises UsageError if there is none."""
-    found = [given.time] if given.time else candidates(columns, "sensors")["time"]
-    if not found or found[0] not in columns:
-        raise UsageError(missing_columns(file, "sensors", ["time"], [], columns))
-    return str(found[0])
 
 
 def _pose_series(poses: FloatArray) -> list[pl.Series]:
@@ -439,11 +620,9 @@ def _scans(table: _Table) -> pl.Series:
     """Numbers of scans: by their column, else rows of one time, else rows without a gap of a second."""
     time = table.rows["time_ns"]
     if "scan" in table.roles:
-        return (
-            table.rows[table.roles["scan"]].cast(pl.String).rank("dense").cast(pl.Int32)
-            if not table.rows[table.roles["scan"]].cast(pl.Int32, strict=False).is_not_null().all()
-            else table.rows[table.roles["scan"]].cast(pl.Int32)
-        )
+        said = table.rows[table.roles["scan"].name].cast(pl.String)
+        numbers = said.cast(pl.Int32, strict=False)
+        return said.rank("dense").cast(pl.Int32) if numbers.has_nulls() else numbers
     if time.n_unique() * 2 <= len(time):
         return time.rank("dense").cast(pl.Int32)
     order = time.arg_sort()
