@@ -86,7 +86,7 @@ WALK_NAMES: Mapping[str, tuple[str, ...]] = {
         "major": "major",
         "minor": "minor",
         "sensor_type": "type sensor sensortype sensorname name kind",
-        **{f"value_{i}": f"v{i} value{i} val{i} values{i}" for i in range(4)},
+        **{f"value_{i}": f"v{i} value{i} val{i} values{i}" for i in range(7)},
         **{f"value_{axis}": f"{axis} v{axis} val{axis} value{axis}" for axis in "xyz"},
         "only_value": "value values val v",
     }.items()

@@ -21,6 +21,7 @@ from vislam2tag.intake.columns import (
     matching_columns,
     missing_column,
     plain_name,
+    shown,
 )
 
 COLUMNS_FILE = "columns.toml"
@@ -36,7 +37,7 @@ SENSOR_TYPES = {name: SENSORS[kind] for kind, names in _SENSOR_NAMES.items() for
 """Types in the table ``sensors`` by the names that loggers give sensors, in normal form."""
 _TIME = {"time": ("time",)}
 _TURN = {role: (role,) for role in ("qx", "qy", "qz", "qw")}
-_VALUES = {f"v{i}": (f"value_{axis}",) for i, axis in enumerate("xyz", 1)}
+_VALUES = {f"v{i}": (f"value_{i}",) for i in range(1, 7)}
 _ROLES: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "poses": {**_TIME, **{axis: (f"pose_{axis}",) for axis in "xyz"}, **_TURN},
     "sightings": {
@@ -111,6 +112,9 @@ class TableColumns(Record):
     v1: str | None = None
     v2: str | None = None
     v3: str | None = None
+    v4: str | None = None
+    v5: str | None = None
+    v6: str | None = None
 
     @property
     def named(self) -> dict[str, str]:
@@ -221,6 +225,28 @@ def kind_of(file: str, columns: Sequence[str], sample: pl.DataFrame | None = Non
     return "sensors" if _is(columns, "sensors") else None
 
 
+def fits(columns: Sequence[str], kind: str, given: TableColumns) -> bool:
+    """Whether a table has the columns that a section of columns.toml names, and the others that its kind needs."""
+    named = given.named
+    there = {name for name in named.values() if name} <= set(columns)
+    return bool(named) and there and not set(_missing(columns, kind)) - named.keys()
+
+
+def unknown_kind(columns: Sequence[str]) -> str:
+    """Say which columns a table of no known kind has, and which are expected for the kind that is closest."""
+    missing = {kind: _missing(columns, kind) for kind in ("poses", "wifi", "ble", "sightings", "sensors")}
+    kind = min(missing, key=lambda each: len(missing[each]) / len(_REQUIRED[each]))
+    if len(missing[kind]) * 2 > len(_REQUIRED[kind]):
+        return f'found the columns {shown(columns)}; name the file in {COLUMNS_FILE}: [wifi] file = "NAME"'
+    names = {role: _ROLES[kind][role][0] for role in missing[kind]}
+    return f"as a table of {kind}: {missing_column(columns, names, kind)}"
+
+
+def _missing(columns: Sequence[str], kind: str) -> list[str]:
+    found = {role: matched[0] for role, matched in candidates(columns, kind).items() if matched}
+    return [role for role in _required(kind, found) if role not in found]
+
+
 def named_as_poses(file: str) -> bool:
     """Whether a file's name is that of a table of poses."""
     return bool(_POSE_FILE.search(file)) and not _SIGHTING_FILE.search(file)
@@ -247,8 +273,9 @@ def _roles(columns: Sequence[str], kind: str) -> Mapping[str, tuple[str, ...]]:
     """The roles of a kind of table with their names; the values of sensors count from 0, from 1, or are axes."""
     if kind != "sensors" and kind not in SENSORS:
         return _ROLES[kind]
-    styles = (("value_0", "value_1", "value_2"), ("value_1", "value_2", "value_3"), ("value_x", "value_y", "value_z"))
-    names = next((style for style in styles if matching_columns(columns, style[0])), ("only_value",))
+    counted = [[f"value_{i}" for i in range(first, first + 6)] for first in (0, 1)]
+    styles = (*counted, ["value_x", "value_y", "value_z"])
+    names = next((style for style in styles if matching_columns(columns, style[0])), ["only_value"])
     return {**_ROLES[kind], **{f"v{i}": (name,) for i, name in enumerate(names, 1)}}
 
 
@@ -268,8 +295,7 @@ def _is(columns: Sequence[str], kind: str) -> bool:
     def has(role: str) -> bool:
         return bool(_matching(columns, roles[role]))
 
-    positioned = kind != "sightings" or any(all(map(has, axes)) for axes in _POSITIONS)
-    return positioned and all(map(has, _REQUIRED[kind]))
+    return all(map(has, _REQUIRED[kind])) and (kind != "sightings" or not _missing(columns, kind))
 
 
 def _of_one_family(

@@ -63,10 +63,12 @@ from vislam2tag.sessions.walk_columns import (
     SENSORS,
     TableColumns,
     WalkColumns,
+    fits,
     kind_of,
     named_as_poses,
     resolved,
     sensor_of_file,
+    unknown_kind,
 )
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
@@ -197,6 +199,7 @@ class _Reader:
         self.columns = WalkColumns() if path is None else read_toml(path, WalkColumns)
         self.found: dict[tuple[str, str], TableColumns] = {}
         self.by_kind: _Found = {}
+        self.unread: list[str] = []
 
     def session(self, ref: SessionRef, settings: FindingSettings) -> Session:
         self._sort_tables()
@@ -216,42 +219,54 @@ class _Reader:
     def _sort_tables(self) -> None:
         """Find the kind of each table, and report those without one and those that are missing."""
         for path in _tables(self.folder):
-            table = read_foreign_table(path)
-            rows = table.rows
-            kinds = self._kinds(path.name, rows.head(_SAMPLE))
-            if kinds == ["wifi"] and self.columns.ble.file is None and _has_beacons(rows):
-                kinds.append("ble")
-            for kind in kinds:
-                numbered = rows.select(table.lines, pl.all().exclude("row"))
-                self.by_kind.setdefault(kind, []).append((path.name, numbered))
-            if kinds:
-                role = "sensors" if kinds[0] in SENSORS else kinds[0]
-                self.files.files.append(FileRecord.of(path.name, role, read_bytes(path), rows.height, rows.height))
-            else:
-                columns = shown(rows.columns)
-                message = f"the kind of this table was not recognised; found the columns {columns}; name its "
-                message += f'file and columns in {COLUMNS_FILE}, as [wifi] file = "{path.name}", or remove the file'
-                self.files.note("unread_file", path.name, message)
+            try:
+                self._sort(path)
+            except UsageError as error:
+                self.unread.append(str(error))
+                self.files.note("unread_file", path.name, f"this file was not read: {error}")
         for kind, role in (("sightings", "landmarks"), ("wifi", "wifi"), ("sensors", "sensors")):
             alike = {"sensors", *SENSORS} if kind == "sensors" else {kind}
             if not alike & self.by_kind.keys():
                 self.files.note("missing_file", f"{kind}.csv", *MISSING[role])
 
+    def _sort(self, path: Path) -> None:
+        """Find the kind of a table; raises UsageError if it cannot be read or is empty."""
+        table = read_foreign_table(path)
+        rows = table.rows
+        if rows.is_empty():
+            raise UsageError(f"{path}: the table has no rows; found the columns {shown(rows.columns)}")
+        kinds = self._kinds(path.name, rows.head(_SAMPLE))
+        if kinds == ["wifi"] and self.columns.ble.file is None and _has_beacons(rows):
+            kinds.append("ble")
+        for kind in kinds:
+            numbered = rows.select(table.lines, pl.all().exclude("row"))
+            self.by_kind.setdefault(kind, []).append((path.name, numbered))
+        if kinds:
+            role = "sensors" if kinds[0] in SENSORS else kinds[0]
+            self.files.files.append(FileRecord.of(path.name, role, read_bytes(path), rows.height, rows.height))
+            return
+        message = f"the kind of this table was not recognised; {unknown_kind(rows.columns)}; or remove the file"
+        self.files.note("unread_file", path.name, message)
+
     def _kinds(self, file: str, sample: pl.DataFrame) -> list[str]:
         """The kinds of a table: as columns.toml says, else by its columns and the file's name."""
-        named = [kind for kind in WalkColumns.model_fields if self.columns.of(kind).file == file]
+        sections = list(WalkColumns.model_fields)
+        named = [kind for kind in sections if self.columns.of(kind).file == file]
         if named:
             return named
         columns = sample.columns
         kind = kind_of(file, columns, sample)
         if kind is None and _is_wide(columns):
             kind = "sensors"
+        kind = kind or next((each for each in sections if fits(columns, each, self.columns.of(each))), None)
         kind = kind or ("poses" if named_as_poses(file) else sensor_of_file(file, columns))
         return [] if kind is None or self.columns.of(kind).file is not None else [kind]
 
     def _only(self, kind: str) -> _Table:
         """The table of a kind; raises UsageError if there is none, or several."""
         files = self.by_kind.get(kind, [])
+        if not files and self.unread:
+            raise UsageError(self.unread[0])
         if not files:
             there = ", ".join(path.name for path in _tables(self.folder))
             raise UsageError(
@@ -500,7 +515,7 @@ class _Reader:
             if (sensor == name).any():
                 parts += self._of_sensor(replace(table, rows=table.rows.filter(sensor == name)), kind, camera)
         others = replace(table, rows=table.rows.filter(~sensor.is_in(list(SENSORS.values()))))
-        values = others.numbers([role for role in _VALUES if role in table.roles], self.files.findings)
+        values = others.numbers([role for role in SENSOR_VALUES if role in table.roles], self.files.findings)
         rows = sensor_rows(others.rows, "", [pl.Series(column).fill_nan(0.0) for column in values.T])
         rows = rows.with_columns(sensor=sensor.filter(~sensor.is_in(list(SENSORS.values()))))
         parts.append(self.files.noted(with_sensor_units(rows, table.file)))
