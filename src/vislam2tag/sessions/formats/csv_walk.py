@@ -102,7 +102,8 @@ def _has_poses(path: Path) -> bool:
         text = file.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
     for line in text.split("\n")[:20]:
         mark = max((";", "\t", "|", ","), key=line.count)
-        columns = [name.strip(' "\r') for name in line.lstrip("# ").split(mark)]
+        fields = line.lstrip("# ").split(mark if mark in line else None)
+        columns = [name.strip(' "\r') for name in fields]
         if kind_of(path.name, columns) == "poses":
             return True
         letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
@@ -236,8 +237,10 @@ class _Reader:
         if rows.is_empty():
             raise UsageError(f"{path}: the table has no rows; found the columns {shown(rows.columns)}")
         kinds = self._kinds(path.name, rows.head(_SAMPLE))
-        if kinds == ["wifi"] and self.columns.ble.file is None and _has_beacons(rows):
+        if kinds == ["wifi"] and self.columns.ble == TableColumns() and _has_beacons(rows):
             kinds.append("ble")
+            alike = {key: getattr(self.columns.wifi, key) for key in _OF_BOTH_RADIOS}
+            self.columns = self.columns.model_copy(update={"ble": TableColumns(**alike)})
         for kind in kinds:
             numbered = rows.select(table.lines, pl.all().exclude("row"))
             self.by_kind.setdefault(kind, []).append((path.name, numbered))
@@ -565,6 +568,7 @@ _VALUES = ("v1", "v2", "v3")
 _SAMPLE, _SHOWN = 50, 5
 _RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
 """Words for technologies, by the kind of table that has their readings."""
+_OF_BOTH_RADIOS = ("time", "time_unit", "zone", "address", "level", "technology")
 _BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
 _DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
 
