@@ -271,7 +271,7 @@ class FileFormat:
 
 @contextmanager
 def named_alike(names: Iterable[PurePosixPath], heads: Mapping[PurePosixPath, bytes] | None = None) -> Iterator[Path]:
-    """Yield a folder with files of these names, empty but for their ``heads``, as long as the block lasts."""
+    """Yield a folder with files of these names as long as the block lasts; files without a head are empty."""
     with scratch_folder() as scratch:
         folder = scratch.folder("zip").make()
         for name in names:

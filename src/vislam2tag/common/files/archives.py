@@ -171,7 +171,10 @@ def zip_names(file: IO[bytes]) -> list[PurePosixPath]:
 
 
 def zip_heads(file: IO[bytes], suffixes: Container[str], size: int, most: int) -> dict[PurePosixPath, bytes]:
-    """The first bytes of the first files (``most``) of a zip with these suffixes, by name; raises as `zip_names`."""
+    """The first bytes of the first files (``most``) of a zip with these suffixes, by name; none of damaged files.
+
+    Raises DatasetError as :func:`zip_names`.
+    """
     try:
         members = (each for each in islice(_of_zip(file), _MOST_MEMBERS) if each.name.suffix.lower() in suffixes)
         return {each.name: _head(each, size) for each in islice(members, most) if not _leads_outside(each.name)}
@@ -180,8 +183,11 @@ def zip_heads(file: IO[bytes], suffixes: Container[str], size: int, most: int) -
 
 
 def _head(member: _Member, size: int) -> bytes:
-    with member.open() as content:
-        return content.read(size)
+    try:
+        with member.open() as content:
+            return content.read(size)
+    except _DAMAGED:
+        return b""
 
 
 def folder_of(
