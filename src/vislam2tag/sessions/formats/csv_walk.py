@@ -224,11 +224,12 @@ class _Reader:
                 self._sort(path)
             except UsageError as error:
                 self.unread.append(str(error))
-                self.files.note("unread_file", path.name, f"this file was not read: {error}")
+                why = str(error).removeprefix(f"{path}: ")
+                self.files.note("unread_file", path.name, f"this file was not read: {why}")
         for kind, role in (("sightings", "landmarks"), ("wifi", "wifi"), ("sensors", "sensors")):
             alike = {"sensors", *SENSORS} if kind == "sensors" else {kind}
             if not alike & self.by_kind.keys():
-                self.files.note("missing_file", f"{kind}.csv", *MISSING[role])
+                self.files.note("missing_file", self.columns.of(kind).file or f"{kind}.csv", *MISSING[role])
 
     def _sort(self, path: Path) -> None:
         """Find the kind of a table; raises UsageError if it cannot be read or is empty."""
@@ -248,22 +249,31 @@ class _Reader:
             role = "sensors" if kinds[0] in SENSORS else kinds[0]
             self.files.files.append(FileRecord.of(path.name, role, read_bytes(path), rows.height, rows.height))
             return
-        message = f"the kind of this table was not recognised; {unknown_kind(rows.columns)}; or remove the file"
+        kind = self._kind(path.name, rows.head(_SAMPLE))
+        if kind is None:
+            message = f"the kind of this table was not recognised; {unknown_kind(rows.columns)}; or remove the file"
+        else:
+            entry = f"[{kind}] file = {toml_value(self.columns.of(kind).file)}"
+            message = (
+                f"{COLUMNS_FILE} names another file as {kind} ({entry}), so this one is not read. Correct the entry "
+            )
+            message += "or remove the file"
         self.files.note("unread_file", path.name, message)
 
     def _kinds(self, file: str, sample: pl.DataFrame) -> list[str]:
         """The kinds of a table: as columns.toml says, else by its columns and the file's name."""
-        sections = list(WalkColumns.model_fields)
-        named = [kind for kind in sections if self.columns.of(kind).file == file]
-        if named:
-            return named
+        named = [kind for kind in WalkColumns.model_fields if self.columns.of(kind).file == file]
+        kind = self._kind(file, sample)
+        return named or ([] if kind is None or self.columns.of(kind).file is not None else [kind])
+
+    def _kind(self, file: str, sample: pl.DataFrame) -> str | None:
+        """The kind of a table by its columns, the entries of columns.toml and the file's name; None if unknown."""
         columns = sample.columns
         kind = kind_of(file, columns, sample)
         if kind is None and _is_wide(columns):
-            kind = "sensors"
-        kind = kind or next((each for each in sections if fits(columns, each, self.columns.of(each))), None)
-        kind = kind or ("poses" if named_as_poses(file) else sensor_of_file(file, columns))
-        return [] if kind is None or self.columns.of(kind).file is not None else [kind]
+            return "sensors"
+        named = (each for each in WalkColumns.model_fields if fits(columns, each, self.columns.of(each)))
+        return kind or next(named, "poses" if named_as_poses(file) else sensor_of_file(file, columns))
 
     def _only(self, kind: str) -> _Table:
         """The table of a kind; raises UsageError if there is none, or several."""
@@ -272,14 +282,16 @@ class _Reader:
             raise UsageError(self.unread[0])
         if not files:
             there = ", ".join(path.name for path in _tables(self.folder))
+            entry = self.columns.of(kind).file
+            missing = f"has the columns of {kind}" if entry is None else f"has the name {entry} of [{kind}]"
             raise UsageError(
-                f"{self.folder}: no table has the columns of {kind}; found the files {there}; "
-                f'name one in {COLUMNS_FILE}: [{kind}] file = "NAME"'
+                f"{self.folder}: no table {missing}; found the files {there}; name one in {COLUMNS_FILE}: "
+                f'[{kind}] file = "NAME"'
             )
         if len(files) > 1:
             names = " and ".join(name for name, _ in files)
             raise UsageError(
-                f"{self.folder}: the files {names} may all be {kind}; choose one in {COLUMNS_FILE}: "
+                f"{self.folder}: the files {names} may be {kind}; choose one in {COLUMNS_FILE}: "
                 f'[{kind}] file = "{files[0][0]}"'
             )
         return self._table(kind, *files[0])
@@ -389,10 +401,7 @@ class _Reader:
         if len(cameras) + len(frames) > 2:
             axes = plausible_axes(table.time_ns, poses, cameras=cameras, frames=frames)
         if axes is None:
-            raise UsageError(
-                f"{table.file}: the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
-                '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
-            )
+            raise UsageError(f"{table.file}: {_unknown_axes(table, poses, cameras, frames)}")
         self.axes = str(axes[0]), str(axes[1])
         self._noted(table, camera=self.axes[0], frame=self.axes[1])
         rows = table.rows.select("row", "time_ns").with_columns(_pose_series(in_acs(poses, *self.axes)))
@@ -571,6 +580,21 @@ _RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
 _OF_BOTH_RADIOS = ("time", "time_unit", "zone", "address", "level", "technology")
 _BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
 _DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
+
+
+def _unknown_axes(table: _Table, poses: FloatArray, cameras: Sequence[str], frames: Sequence[str]) -> str:
+    """Say that a path does not show its axes, or shows that its lengths are in another unit."""
+    for unit in ("cm", "mm"):
+        metres = poses * (*[length_unit(unit)] * 3, 1, 1, 1, 1)
+        if table.given.length_unit is None and plausible_axes(table.time_ns, metres, cameras=cameras, frames=frames):
+            return (
+                f"the positions are not those of a walking person in metres, but in {unit}; write that to {COLUMNS_FILE}: "
+                f'length_unit = "{unit}" in [poses], and in [sightings] if it is right there'
+            )
+    return (
+        f"the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
+        '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
+    )
 
 
 def _is_wide(columns: Sequence[str]) -> bool:
