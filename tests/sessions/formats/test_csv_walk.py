@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -260,12 +259,12 @@ def test_offsets_in_the_cameras_axes(published: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(ours.landmarks.position_acs, theirs.landmarks.position_acs, atol=1e-3)
 
 
-def with_file(name: str, table: pd.DataFrame, *without: str, **options: Any) -> Callable[[Tables, Path], None]:
+def with_file(name: str, table: pd.DataFrame, *without: str) -> Callable[[Tables, Path], None]:
     """A layout that has a further file, and does not have some."""
 
     def layout(tables: Tables, folder: Path) -> None:
         own_names({each: tables[each] for each in tables if each not in without}, folder)
-        table.to_csv(folder / name, index=False, **options)
+        table.to_csv(folder / name, index=False)
 
     return layout
 
@@ -498,3 +497,36 @@ def test_a_zipped_session_is_recognised_by_its_headers(published: Path, tmp_path
     (ref,) = open_survey(tmp_path / "survey").sessions
     assert ref.format == "csv-walk"
     assert len(read_session(ref).tables["wifi"])
+
+
+def test_lengths_in_another_unit_are_asked_about(published: Path, tmp_path: Path) -> None:
+    def layout(given: Tables, folder: Path) -> None:
+        own_names({name: each.assign(**centimetres(each)) for name, each in given.items()}, folder)
+
+    def centimetres(table: pd.DataFrame) -> dict[str, pd.Series]:
+        return {axis: table[axis] * 100 for axis in POSE[:3] if axis in table.columns}
+
+    with pytest.raises(SessionError, match=r"walking person in metres, but in cm; write that to columns\.toml"):
+        read_with(published, tmp_path / "survey", layout)
+    columns = '[poses]\nlength_unit = "cm"\n[sightings]\nlength_unit = "cm"\n'
+    ours = read_with(published, tmp_path / "named", layout, columns)
+    theirs = session_of(published)
+    np.testing.assert_allclose(ours.camera.position_acs, theirs.camera.position_acs, atol=1e-3)
+
+
+def test_a_file_that_is_not_the_named_one_is_reported(published: Path, tmp_path: Path) -> None:
+    session = read_with(published, tmp_path / "survey", own_names, '[wifi]\nfile = "wlan.csv"\n')
+    (unread,) = found(session, "unread_file")
+    assert 'columns.toml names another file as wifi ([wifi] file = "wlan.csv")' in unread.message
+    assert "wlan.csv" in {each.file for each in found(session, "missing_file")}
+
+
+def test_two_tables_of_one_kind_are_asked_about(published: Path, tmp_path: Path, tables: Tables) -> None:
+    with pytest.raises(SessionError, match=r'poses\.csv and slam\.csv may be poses.*\[poses\] file = "poses\.csv"'):
+        read_with(published, tmp_path / "survey", with_file("slam.csv", tables["poses.csv"]))
+
+
+def test_rounded_times_are_refused(published: Path, tmp_path: Path, tables: Tables) -> None:
+    rounded = tables["wifi.csv"].assign(t=[f"{t:.5E}" for t in tables["wifi.csv"]["t"]])
+    with pytest.raises(SessionError, match=r"wifi\.csv: column t: times such as 2\.\d+E\+14 are rounded; use the orig"):
+        read_with(published, tmp_path / "survey", with_file("wifi.csv", rounded))

@@ -255,9 +255,9 @@ class _Reader:
         else:
             entry = f"[{kind}] file = {toml_value(self.columns.of(kind).file)}"
             message = (
-                f"{COLUMNS_FILE} names another file as {kind} ({entry}), so this one is not read. Correct the entry "
+                f"{COLUMNS_FILE} names another file as {kind} ({entry}), so this one is not read. Correct the entry or "
+                "remove the file"
             )
-            message += "or remove the file"
         self.files.note("unread_file", path.name, message)
 
     def _kinds(self, file: str, sample: pl.DataFrame) -> list[str]:
@@ -588,8 +588,8 @@ def _unknown_axes(table: _Table, poses: FloatArray, cameras: Sequence[str], fram
         metres = poses * (*[length_unit(unit)] * 3, 1, 1, 1, 1)
         if table.given.length_unit is None and plausible_axes(table.time_ns, metres, cameras=cameras, frames=frames):
             return (
-                f"the positions are not those of a walking person in metres, but in {unit}; write that to {COLUMNS_FILE}: "
-                f'length_unit = "{unit}" in [poses], and in [sightings] if it is right there'
+                f"the positions are not those of a walking person in metres, but in {unit}; write that to "
+                f'{COLUMNS_FILE}: length_unit = "{unit}" in [poses], and in [sightings] if it is right there'
             )
     return (
         f"the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
