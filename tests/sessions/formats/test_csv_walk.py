@@ -530,3 +530,19 @@ def test_rounded_times_are_refused(published: Path, tmp_path: Path, tables: Tabl
     rounded = tables["wifi.csv"].assign(t=[f"{t:.5E}" for t in tables["wifi.csv"]["t"]])
     with pytest.raises(SessionError, match=r"wifi\.csv: column t: times such as 2\.\d+E\+14 are rounded; use the orig"):
         read_with(published, tmp_path / "survey", with_file("wifi.csv", rounded))
+
+
+def test_another_column_of_times_is_named(published: Path, tmp_path: Path, tables: Tables) -> None:
+    wifi = tables["wifi.csv"].rename(columns={"t": "time"})
+    both = wifi.assign(seconds_elapsed=(wifi["time"] - wifi["time"].min()) / 1e9)
+    session = read_with(published, tmp_path / "survey", with_file("wifi.csv", both))
+    (guess,) = (each for each in found(session, "columns_guessed") if each.file == "wifi.csv")
+    assert 'time = "time"' in guess.message
+    assert "(not seconds_elapsed)" in guess.message
+
+
+def test_a_long_table_of_one_sensor(published: Path, tmp_path: Path, tables: Tables) -> None:
+    acc = of_sensor(tables, "ACC").assign(type="accelerometer")
+    session = read_with(published, tmp_path / "survey", with_file("imu.csv", acc, "sensors.csv"))
+    assert set(session.tables["sensors"]["sensor"]) == {"ACC"}
+    np.testing.assert_allclose(readings(session, "ACC"), of_sensor(tables, "ACC").to_numpy())

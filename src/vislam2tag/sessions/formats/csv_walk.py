@@ -569,6 +569,10 @@ class _Reader:
             }
             if entries:
                 words = ", ".join(f"{key} = {toml_value(value)}" for key, value in entries.items())
+                rows = next(rows for name, rows in self.by_kind[kind] if name == file)
+                others = [each.name for each in matching_columns(rows.columns, "time") if each.name != section.time]
+                if others and given.time is None:
+                    words += f" (not {' or '.join(others)})"
                 message = f"read as {kind}: {words}. If that is wrong, write the right ones to {COLUMNS_FILE}: [{kind}]"
                 self.files.note("columns_guessed", file, message, Severity.INFO)
 
