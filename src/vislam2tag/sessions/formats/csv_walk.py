@@ -18,7 +18,7 @@ from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import rotated
-from vislam2tag.intake.cells import length_unit, unreadable_cells, with_numbers
+from vislam2tag.intake.cells import LENGTHS_M, length_unit, unreadable_cells, with_numbers
 from vislam2tag.intake.columns import Column, given_column, matching_columns, missing_column, plain_name, shown
 from vislam2tag.intake.foreign_table import read_foreign_table
 from vislam2tag.intake.time_units import (
@@ -249,13 +249,13 @@ class _Reader:
             role = "sensors" if kinds[0] in SENSORS else kinds[0]
             self.files.files.append(FileRecord.of(path.name, role, read_bytes(path), rows.height, rows.height))
             return
-        kind = self._kind(path.name, rows.head(_SAMPLE))
-        if kind is None:
+        own = self._kind(path.name, rows.head(_SAMPLE))
+        if own is None:
             message = f"the kind of this table was not recognised; {unknown_kind(rows.columns)}; or remove the file"
         else:
-            entry = f"[{kind}] file = {toml_value(self.columns.of(kind).file)}"
+            entry = f"[{own}] file = {toml_value(self.columns.of(own).file)}"
             message = (
-                f"{COLUMNS_FILE} names another file as {kind} ({entry}), so this one is not read. Correct the entry or "
+                f"{COLUMNS_FILE} names another file as {own} ({entry}), so this one is not read. Correct the entry or "
                 "remove the file"
             )
         self.files.note("unread_file", path.name, message)
@@ -589,7 +589,7 @@ _DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
 def _unknown_axes(table: _Table, poses: FloatArray, cameras: Sequence[str], frames: Sequence[str]) -> str:
     """Say that a path does not show its axes, or shows that its lengths are in another unit."""
     for unit in ("cm", "mm"):
-        metres = poses * (*[length_unit(unit)] * 3, 1, 1, 1, 1)
+        metres = poses * np.array([LENGTHS_M[unit]] * 3 + [1.0] * 4)
         if table.given.length_unit is None and plausible_axes(table.time_ns, metres, cameras=cameras, frames=frames):
             return (
                 f"the positions are not those of a walking person in metres, but in {unit}; write that to "
