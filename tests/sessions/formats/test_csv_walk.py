@@ -546,3 +546,10 @@ def test_a_long_table_of_one_sensor(published: Path, tmp_path: Path, tables: Tab
     session = read_with(published, tmp_path / "survey", with_file("imu.csv", acc, "sensors.csv"))
     assert set(session.tables["sensors"]["sensor"]) == {"ACC"}
     np.testing.assert_allclose(readings(session, "ACC"), of_sensor(tables, "ACC").to_numpy())
+
+
+def test_sightings_without_an_id_belong_to_no_landmark(published: Path, tmp_path: Path) -> None:
+    def layout(given: Tables, folder: Path) -> None:
+        own_names({**given, "initPoses.csv": given["initPoses.csv"].assign(marker="")}, folder)
+
+    assert read_with(published, tmp_path / "survey", layout).landmarks.ids == ("",)

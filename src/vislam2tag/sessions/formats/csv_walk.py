@@ -161,7 +161,9 @@ class _Reader:
             poses = in_acs(np.column_stack((table.lengths(("x", "y", "z"), findings), turn)), "y-up", self.axes[1])
         close = np.abs(frame_ns[nearest] - time_ns) <= _MAX_APART_NS
         rows = table.rows.select(
-            "row", id=table.text("id").str.strip_chars(), time_ns=np.where(close, frame_ns[nearest], time_ns)
+            "row",
+            id=table.text("id").fill_null("").str.strip_chars(),
+            time_ns=np.where(close, frame_ns[nearest], time_ns),
         )
         log = self.files.noted(landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera))
         first = np.full(len(log.ids), len(camera.time_ns))
