@@ -25,27 +25,33 @@ NORTH = "n north northing nord nordwert hoch hochwert hw ncoord ycoord ycoordina
 HEIGHT = "h height elevation altitude hoehe höhe zcoord zcoordinate zpos posz"
 FLOOR = "storey story etage stockwerk geschoss stock ebene floornumber"
 """Names of coordinates and floors, also in the tables of a site."""
-_POSE = "p{0} t{0} position{0} translation{0} pose{0} poseposition{0} posetranslation{0} coord{0} coordinate{0} loc{0}"
-_POSE += " location{0} local{0} gt{0} true{0} prsr{0} {0}m"
-_TURN = "rot{0} rotation{0} quat{0} quaternion{0} orientation{0} poseorientation{0} q{0}rot qrs{0}"
+_TRACKER = "p{0} t{0} pos{0} position{0} translation{0} trans{0} pose{0} poseposition{0} poseposeposition{0} coord{0}"
+_TRACKER += " posetranslation{0} coordinate{0} loc{0} location{0} local{0} cam{0} camera{0} campos{0} cameraposition{0}"
+_TRACKER += " tracker{0} world{0} map{0} odom{0} gt{0} true{0} prsr{0} {0}m"
+_TURN = "rot{0} rotation{0} quat{0} quaternion{0} orientation{0} ori{0} poseorientation{0} poseposeorientation{0} o{0}"
+_TURN += " poserotation{0} cameraorientation{0} q{0}rot qrs{0} r{0}"
 KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
     role: (role, *words.split())
     for role, words in {
-        "x": f"{EAST} {_POSE.format('x')}",
-        "y": f"{NORTH} {_POSE.format('y')}",
-        "z": f"{HEIGHT} {_POSE.format('z')}",
+        "x": f"{EAST} {_TRACKER.format('x')}",
+        "y": f"{NORTH} {_TRACKER.format('y')}",
+        "z": f"{HEIGHT} {_TRACKER.format('z')}",
         "latitude": "lat breite breitengrad currentlatitude",
         "longitude": "lon long lng länge laenge längengrad laengengrad currentlongitude",
         "floor": f"floorid floornum floornr floorno floorindex floorlevel floorname flr {FLOOR}",
         "building": "buildingid buildingname bldg bldgid gebäude gebaeude gebäudeid site siteid",
         "room": "roomid roomname raum raumnummer zimmer space spaceid spot location place",
         "time": (
-            "timens timestamp datetime t unixtime epoch zeit secondselapsed firstseen timeutc utc utctime unix "
-            "systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel timestampns date datum"
+            "timens timestamp timestamps stamp datetime t unixtime epoch zeit secondselapsed firstseen timeutc utc "
+            "utctime unix systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel elapsed "
+            "elapsedtime elapsedrealtime timestampns date datum"
         ),
-        "address": "bssid mac macaddress macaddr bssidmac apmac address addr adresse beacon beaconid apid ap",
+        "address": (
+            "bssid mac macaddress macaddr bssidmac apmac apbssid wifimac wlanmac wifibssid routermac address addr "
+            "adresse beacon beaconid apid ap"
+        ),
         "level": "rssidbm rssi rss dbm signal signalstrength signallevel strength power rxpower pegel rssivalue",
-        "ssid": "networkname essid wifiname netzname",
+        "ssid": "networkname essid network wifiname netzname",
         "frequency": "frequencymhz freq freqmhz frequencyinmhz frequenz centerfreq",
         "technology": "tech type radiotype networktype signaltype radio",
         "scan": "scanid scanno scannr scannumber scanindex fingerprint fingerprintid fp fpid sampleid sample",
@@ -61,10 +67,44 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
     }.items()
 }
 """Names of each role in normal form (:func:`plain_name`); those that are looked for first come first."""
-LENGTHS = frozenset("xyz")
+_OFFSET = "d{0} off{0} offset{0} rel{0} relative{0} cam{0} camera{0} incamera{0} camoffset{0} c{0} {0}offset {0}rel"
+_OFFSET += " {0}relative {0}cam {0}camera {0}incamera {0}c"
+_LANDMARK = "landmark{0} marker{0} tag{0} landmarkposition{0} markerposition{0} tagposition{0} l{0} m{0}"
+WALK_NAMES: Mapping[str, tuple[str, ...]] = {
+    role: tuple(words.split())
+    for role, words in {
+        **{f"pose_{axis}": f"{axis} {_TRACKER.format(axis)} {axis}pos {axis}position {axis}coord" for axis in "xyz"},
+        **{f"landmark_{axis}": _LANDMARK.format(axis) for axis in "xyz"},
+        **{f"offset_{axis}": _OFFSET.format(axis) for axis in "xyz"},
+        "landmark_id": f"{' '.join(KNOWN_NAMES['landmark'])} id name landmarkname markername tagname markernr tagnr",
+        "beacon_address": (
+            f"{' '.join(KNOWN_NAMES['address'])} id deviceid deviceaddress devicemac blemac bleaddress beaconmac "
+            "beaconaddress bluetoothmac bluetoothaddress"
+        ),
+        "beacon_name": "name devicename localname beaconname",
+        "uuid": "uuid beaconuuid proximityuuid",
+        "major": "major",
+        "minor": "minor",
+        "sensor_type": "type sensor sensortype sensorname name kind",
+        **{f"value_{i}": f"v{i} value{i} val{i} values{i}" for i in range(7)},
+        **{f"value_{axis}": f"{axis} v{axis} val{axis} value{axis}" for axis in "xyz"},
+        "only_value": "value values val v",
+    }.items()
+}
+"""Names of roles that only tables of walks have, or for which these use other names."""
+_NAMES = {**KNOWN_NAMES, **WALK_NAMES}
+LENGTHS = frozenset("xyz") | {f"{role}_{axis}" for role in ("pose", "landmark", "offset") for axis in "xyz"}
 """Roles whose names may state a unit of length."""
 TIME = "time"
-_UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNORECASE)
+_TIME_UNITS = {
+    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
+    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), "ms"),
+    **dict.fromkeys(("us", "usec", "micros", "microseconds"), "us"),
+    **dict.fromkeys(("ns", "nsec", "nanos", "nanoseconds"), "ns"),
+}
+_LONG_UNITS = "|".join(unit for unit in _TIME_UNITS if len(unit) > 1)
+_UNIT = re.compile(rf"(.*?)(?:[\s_.-]*[\[(]\s*(s|{_LONG_UNITS})\s*[\])]|[\s_.-]+(s|{_LONG_UNITS})|({_LONG_UNITS}))")
+"""``timestamps`` is a plural, ``time_s`` states a unit."""
 _LEVEL_UNIT = re.compile(r"(.+?)[ _]?[\[(]?dbm[\])]?", re.IGNORECASE)
 _BRACKETS = re.compile(r"(.+?)\s*[\[(][^\])]*[\])]")
 _LONGEST_NAME = 200
@@ -189,24 +229,43 @@ def find_columns(
     """
     wanted = list(roles)
     named = {role: name for role, name in (given or {}).items() if role in wanted}
-    found = {role: _given(role, name, columns) for role, name in named.items() if name}
+    found = {role: given_column(role, name, columns) for role, name in named.items() if name}
     for role in wanted:
         free = [name for name in columns if all(name != each.name for each in found.values())]
-        if role not in named and (column := _by_name(free, role)) is not None:
-            found[role] = column
+        if role not in named and (matched := matching_columns(free, role)):
+            found[role] = matched[0]
     if sample is not None and "address" in wanted and not {"address"} & {*found, *named}:
-        taken = {each.name for each in found.values()}
-        holders = [name for name in sample.columns if name not in taken and _are_addresses(sample[name])]
-        if len(holders) == 1:
-            found["address"] = Column(holders[0], why="its addresses")
+        holder = address_column(sample.drop([each.name for each in found.values() if each.name in sample.columns]))
+        if holder is not None:
+            found["address"] = holder
     return {role: found[role] for role in wanted if role in found}
 
 
-def missing_column(columns: Sequence[str], missing: Collection[str]) -> str:
-    """Say which columns a table has, and which names are expected for the ``missing`` roles."""
-    expected = "; ".join(f"expected for {role} one of {', '.join(_examples(role))}" for role in missing)
-    entries = ", ".join(f'{role} = "NAME"' for role in missing)
-    return f"found the columns {shown(columns)}; {expected}; name the column in columns.toml: {entries}"
+def matching_columns(columns: Iterable[str], role: str) -> list[Column]:
+    """The columns with a name of a role (in :data:`KNOWN_NAMES` or :data:`WALK_NAMES`), the best name first."""
+    matched = [found for name in columns if (found := _matched(name, role)) is not None]
+    return [column for _, column in sorted(matched, key=lambda each: each[0])]
+
+
+def address_column(sample: pl.DataFrame) -> Column | None:
+    """The one column of some rows whose cells are addresses; None if there is none, or several."""
+    names = [name for name in sample.columns if _are_addresses(sample[name])]
+    return Column(names[0], why="its addresses") if len(names) == 1 else None
+
+
+def missing_column(
+    columns: Sequence[str], missing: Mapping[str, str] | Collection[str], section: str = "", suggested: str = "NAME"
+) -> str:
+    """Say which columns a table has, and which names are expected for the ``missing`` roles.
+
+    ``missing`` may map roles to those that have their names. ``section`` is that of columns.toml, and ``suggested``
+    the column that could be meant.
+    """
+    names = missing if isinstance(missing, Mapping) else {role: role for role in missing}
+    expected = "; ".join(f"expected for {role} one of {', '.join(_examples(of))}" for role, of in names.items())
+    entries = ", ".join(f"{role} = {toml_value(suggested)}" for role in names)
+    where = f"[{section}] " if section else ""
+    return f"found the columns {shown(columns)}; {expected}; name the column in columns.toml: {where}{entries}"
 
 
 def shown(columns: Sequence[str]) -> str:
@@ -216,36 +275,33 @@ def shown(columns: Sequence[str]) -> str:
 
 
 def _examples(role: str) -> tuple[str, ...]:
-    return KNOWN_NAMES[role][:_EXAMPLES]
+    return _NAMES[role][:_EXAMPLES]
 
 
-def _given(role: str, name: str, columns: Sequence[str]) -> Column:
+def given_column(role: str, name: str, columns: Sequence[str], section: str = "", table: str = "") -> Column:
+    """The column that a (section of) columns.toml names for a role; raises UsageError if the ``table`` has none."""
     if name not in columns:
-        near = get_close_matches(name, columns, 1, 0.0)
-        closest = f" (the closest name is {near[0]})" if near else ""
-        raise UsageError(f'columns.toml: {role} = "{name}": there is no such column{closest}; found {shown(columns)}')
-    return Column(name, _time_unit(name), without_unit(name.lower())[1] if role in LENGTHS else None, "columns.toml")
-
-
-def _by_name(columns: Sequence[str], role: str) -> Column | None:
-    """The column of a role whose name comes first in the role's list."""
-    matched = [(place, column) for name in columns if (found := _matched(name, role)) for place, column in [found]]
-    return min(matched, key=lambda each: each[0])[1] if matched else None
+        lower = {column.lower(): column for column in columns}
+        near = get_close_matches(name.lower(), lower, 1, 0.0)
+        closest = f" (the closest name is {lower[near[0]]})" if near else ""
+        where = f"[{section}] " if section else ""
+        missing = f"{table} has no such column" if table else "there is no such column"
+        raise UsageError(f'columns.toml: {where}{role} = "{name}": {missing}{closest}; found {shown(columns)}')
+    metres = without_unit(name.lower())[1] if role in LENGTHS or role in ("dx", "dy", "dz") else None
+    return Column(name, time_unit(name), metres, "columns.toml")
 
 
 def _matched(name: str, role: str) -> tuple[int, Column] | None:
     """The place of a name in the list of a role, with the unit that it states."""
     if len(name) > _LONGEST_NAME:
         return None
-    known, plain = KNOWN_NAMES[role], plain_name(name)
+    known, plain = _NAMES[role], plain_name(name)
     if role in LENGTHS:
         without, metres = without_unit(name.strip().lower())
         if metres is not None and (short := plain_name(without)) in known:
             return known.index(short), Column(name, metres=metres)
-    if role == TIME and (unit := _time_unit(name)) is not None:
-        short = plain_name(_UNIT.fullmatch(name.strip())[1])  # type: ignore[index]
-        if short in known:
-            return known.index(short), Column(name, unit)
+    if role == TIME and (parts := _unit_match(name)) is not None and (short := plain_name(parts[1])) in known:
+        return known.index(short), Column(name, time_unit(name))
     if plain in known:
         return known.index(plain), Column(name)
     pattern = _LEVEL_UNIT if role == "level" else _BRACKETS
@@ -254,12 +310,14 @@ def _matched(name: str, role: str) -> tuple[int, Column] | None:
     return None
 
 
-def _time_unit(name: str) -> str | None:
-    match = _UNIT.fullmatch(name.strip())
-    if match is None:
-        return None
-    unit = match[2].lower()
-    return "s" if unit.startswith("s") else unit
+def time_unit(name: str) -> str | None:
+    """The unit that the name of a column of times states, as in ``time_ms`` or ``t [s]``: s, ms, us or ns."""
+    match = _unit_match(name)
+    return None if match is None else _TIME_UNITS[next(unit for unit in match.groups()[1:] if unit)]
+
+
+def _unit_match(name: str) -> re.Match[str] | None:
+    return _UNIT.fullmatch(name.strip().lower().replace("µ", "u"))
 
 
 def _are_addresses(values: pl.Series) -> bool:

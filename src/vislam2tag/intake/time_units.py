@@ -36,6 +36,7 @@ MAX_STEP_S = 1 / 30
 """Times that are rounded to more than a frame of usual trackers, 5 cm of a walk, are refused."""
 ROUNDED = "use the original file, not one that a spreadsheet saved"
 _EXPONENT = re.compile(r"[+-]?\d+(?:[.,](\d*))?[eE]([+-]?\d+)")
+_GREATEST_EXPONENT = 300
 _FRACTION = re.compile(r"\d+[.,]\d+")
 _SHOWN = 1000
 """Cells of a column that are looked at."""
@@ -51,7 +52,8 @@ _CLOCK_CHANGE_NS = 10**9
 def rounded_step(cells: Iterable[str | None]) -> tuple[float, str]:
     """The largest step to which cells such as 1.70000E+18 are rounded, in their unit, and the cell; 0 if none is."""
     found = ((_EXPONENT.fullmatch(cell.strip()), cell) for cell in islice(cells, _SHOWN) if cell is not None)
-    steps = [(10.0 ** (int(match[2]) - len(match[1] or "")), cell) for match, cell in found if match is not None]
+    exponents = [(int(match[2]) - len(match[1] or ""), cell) for match, cell in found if match is not None]
+    steps = [(10.0 ** min(exponent, _GREATEST_EXPONENT), cell) for exponent, cell in exponents]
     return max(steps, default=(0.0, ""))
 
 

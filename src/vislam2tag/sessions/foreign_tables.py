@@ -16,13 +16,12 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.intake.cells import unreadable_cells, with_numbers
-from vislam2tag.intake.columns import KNOWN_NAMES, TIME, find_columns
+from vislam2tag.intake.columns import KNOWN_NAMES, TIME, find_columns, time_unit
 from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit, with_axes_in_place
 from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
 from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
 
 _UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
-_UNIT = re.compile(r"(.+?)[ _]?[\[(]?(s|ms|us|ns|sec|seconds)[\])]?", re.IGNORECASE)
 MOST_NS = 2**62
 """146 years: sums and differences of less than this before and after a clock's zero have a place in 64 bits."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
@@ -132,7 +131,7 @@ def _numeric_times(
             f"column {values.name}: contains no readable time: expected numbers, or ISO 8601 such as "
             "2021-12-20T09:14:05+01:00"
         )
-    if aligned and clock is None and unit is None and _UNIT.fullmatch(values.name.strip().lower()) is None:
+    if aligned and clock is None and unit is None and time_unit(values.name) is None:
         inside = any(_share_inside(numbers[usable] * factor, spans_ns) for factor in _UNITS_NS.values())
         known = inside or _unix_unit(numbers[usable], list(_UNITS_NS))
         clock, unit = (None, None) if known else (Clock.BOOT, "s")
@@ -153,9 +152,7 @@ def _clock_and_unit(
     name: str, numbers: FloatArray, spans_ns: IntArray, clock: Clock | None, unit: str | None
 ) -> tuple[Clock, str]:
     """Clock and unit: as given, by the column's name, by rows within walks, by magnitude."""
-    named = _UNIT.fullmatch(name.strip().lower())
-    if unit is None and named is not None:
-        unit = "s" if named.group(2).startswith("s") else named.group(2)
+    unit = unit or time_unit(name)
     units = list(_UNITS_NS) if unit is None else [unit]
     unix = _unix_unit(numbers, units)
     inside = {each: _share_inside(numbers * _UNITS_NS[each], spans_ns) for each in units}
@@ -190,10 +187,7 @@ def _share_inside(time_ns: FloatArray, spans_ns: IntArray) -> float:
 
 
 def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
-    try:
-        missing_zone = None if zone is None else ZoneInfo(zone)
-    except (ZoneInfoNotFoundError, ValueError, OSError) as error:  # a folder of zones is none
-        raise UsageError(f"--zone {zone}: is not a time zone; pass one such as Europe/Berlin or UTC") from error
+    missing_zone = None if zone is None else time_zone(zone, "--zone")
     time_ns, usable = np.zeros(len(texts), dtype=np.int64), np.zeros(len(texts), dtype=bool)
     for i, text in enumerate(texts.to_list()):
         try:
@@ -211,6 +205,14 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
     return TableTimes(time_ns, usable, Clock.UNIX, f"column {name}: date and time (ISO 8601)")
 
 
+def time_zone(name: str, entry: str) -> ZoneInfo:
+    """The time zone that an ``entry`` (an option or line of a file) names; raises UsageError if there is none."""
+    try:
+        return ZoneInfo(name)
+    except (ZoneInfoNotFoundError, ValueError, OSError) as error:  # a folder of zones is none
+        raise UsageError(f"{entry} {name}: is not a time zone; pass one such as Europe/Berlin or UTC") from error
+
+
 _SHOWN = 120
 """Letters of a wrong header that a message repeats."""
 _BRACKETS = r"[ _.-]*[\[(]\s*(?P<{}>[^)\]]*?)\s*[\])]"
@@ -221,11 +223,11 @@ MOTION_COLUMNS = {
     "ACC": re.compile(r"(?:acc|accel|acceleration|accelerometer(?:[ _]?acceleration)?|a)" + _AXIS),
 }
 """Columns of three axes, by what the table ``sensors`` calls them."""
-_OTHER_SENSORS = {
+SENSOR_COLUMNS = MOTION_COLUMNS | {
     "MAG": re.compile(r"(?:magn?|magnetic(?:[ _]?field)?|magnetometer)" + _AXIS),
     "PRESSURE": re.compile(rf"(?:(?:air|barometric|atmospheric|barometer)[ _]?)?(?:pressure|baro){_SUFFIX}"),
 }
-"""Columns that are read if the table also has motion; a pressure has no axes."""
+"""Columns of each sensor; a pressure has no axes. Tables to attach have motion, and then the others are read, too."""
 _OF_LABELS = frozenset(("row", "time_ns", "repeated", "floor", "device", "session", "x", "y", "z", "sigma", "status"))
 
 
@@ -234,7 +236,7 @@ def sensor_columns(columns: Sequence[str], sensor: str) -> tuple[list[str], str 
 
     Empty if the table does not have the sensor; None if the names do not state a unit.
     """
-    pattern = MOTION_COLUMNS.get(sensor) or _OTHER_SENSORS[sensor]
+    pattern = SENSOR_COLUMNS[sensor]
     names = {name: name.strip().lower() for name in reversed(columns) if len(name) <= _LONGEST_NAME}
     found = {name: match.groupdict() for name, plain in names.items() if (match := pattern.fullmatch(plain))}
     axes = {parts.get("axis"): name for name, parts in found.items()}
@@ -273,7 +275,7 @@ def with_readings(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Fin
     other way round, and reported.
     """
     levels = level_columns(rows.columns)
-    sensors = [sensor_columns(rows.columns, sensor)[0] for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS)]
+    sensors = [sensor_columns(rows.columns, sensor)[0] for sensor in SENSOR_COLUMNS]
     names = [*(levels or ())[1:], *(name for axes in sensors for name in axes)]
     readable, odd = with_numbers(rows, names, file)
     in_place, exchanged = with_axes_in_place(readable, sensors[0], sensors[1], file)
@@ -291,9 +293,8 @@ def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, 
         readable, odd = with_readings(rows, file)
         return {"wifi": _wifi(readable)}, odd
     if any(sensor_columns(columns, sensor)[0] for sensor in MOTION_COLUMNS):
-        readable, odd = with_readings(rows, file)
-        sensors, units = _sensors(readable, file)
-        return {"sensors": sensors}, [*odd, *units]
+        sensors, odd = sensors_in(rows, file)
+        return {"sensors": sensors}, odd
     if taken := sorted(_OF_LABELS & set(columns)):
         raise UsageError(f"the table has a column {' and '.join(taken)}, which is reserved for labels; rename it")
     first = pl.struct("time_ns", *columns).is_first_distinct()
@@ -316,10 +317,14 @@ def _wifi(rows: pl.DataFrame) -> pl.DataFrame:
     return mark_repeated(table.drop_nulls("rssi_dbm"), "bssid")
 
 
-def _sensors(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
-    """The table ``sensors`` of readings in units of Android; those of unknown unit are left out and reported."""
-    parts, findings = [sensor_rows(rows.clear(), "", [])], list[Finding]()
-    for sensor in (*MOTION_COLUMNS, *_OTHER_SENSORS):
+def sensors_in(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:
+    """The table ``sensors`` of a table with ``row``, ``time_ns`` and :data:`SENSOR_COLUMNS`, in units of Android.
+
+    Readings of unknown unit are left out and reported. Raises UsageError if inertial readings share their times.
+    """
+    rows, findings = with_readings(rows, file)
+    parts = [sensor_rows(rows.clear(), "", [])]
+    for sensor in SENSOR_COLUMNS:
         axes, stated = sensor_columns(rows.columns, sensor)
         known = rows.drop_nulls(axes) if axes else rows.clear()
         if known.is_empty():

@@ -14,7 +14,7 @@ import polars as pl
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, SessionError, SurveyError, first_line
-from vislam2tag.common.files.archives import zip_names
+from vislam2tag.common.files.archives import zip_heads, zip_names
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
 from vislam2tag.common.files.store import at_once
@@ -39,6 +39,9 @@ from vislam2tag.site.stored_survey import opened, stored_folder, with_stored_pla
 
 _MOST_NAMES = 5000
 """Of a zip that is looked into; a recording has a file a frame at most."""
+_MOST_HEADS = 100
+TABLE_SUFFIXES, HEAD_BYTES = frozenset({".csv", ".tsv", ".txt"}), 2000
+"""Tables of a folder by whose first bytes a format may recognise it."""
 _UNRECOGNISED: FindingKind = "unrecognised_folder"
 UNKNOWN_FORMAT = "unknown"
 """Format of a session folder that cannot be looked into; reading it raises SessionError."""
@@ -53,7 +56,9 @@ class SessionFormat(Protocol):
         ...
 
     def recognises(self, folder: Path) -> bool:
-        """Return, from the names in a folder, whether it is a session of this format; reads no file.
+        """Return, from the names in a folder and the first bytes of tables, whether it is a session of this format.
+
+        Of tables (:data:`TABLE_SUFFIXES`) no more than :data:`HEAD_BYTES` bytes may be there.
 
         Raises OSError where the folder cannot be looked into.
         """
@@ -94,11 +99,16 @@ def recorded_folder(folder: Path) -> Path:
 
 
 def format_in_zip(root: Path, packed: Path) -> str | None:
-    """Name of the format that would recognise what a zip in a survey unpacks to, by its files' names; None: none does.
+    """Name of the format that would recognise what a zip in a survey unpacks to; None: none does.
+
+    It is recognised by the names of its files and the first lines of its tables.
 
     Raises DatasetError or OSError where the zip cannot be listed.
     """
-    with opened(root, packed) as file, named_alike(zip_names(file)[:_MOST_NAMES]) as folder:
+    with opened(root, packed) as file:
+        names = zip_names(file)[:_MOST_NAMES]
+        heads = zip_heads(file, TABLE_SUFFIXES, HEAD_BYTES, _MOST_HEADS)
+    with named_alike(names, heads) as folder:
         found = format_of(recorded_folder(folder))
         return None if found == UNKNOWN_FORMAT else found
 

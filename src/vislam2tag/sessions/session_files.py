@@ -270,13 +270,13 @@ class FileFormat:
 
 
 @contextmanager
-def named_alike(names: Iterable[PurePosixPath]) -> Iterator[Path]:
-    """Yield a folder with empty files of these names, as long as the block lasts."""
+def named_alike(names: Iterable[PurePosixPath], heads: Mapping[PurePosixPath, bytes] | None = None) -> Iterator[Path]:
+    """Yield a folder with files of these names as long as the block lasts; files without a head are empty."""
     with scratch_folder() as scratch:
         folder = scratch.folder("zip").make()
         for name in names:
             with suppress(OSError):  # a name that this system does not allow, or one that is there twice
-                folder.create(name.as_posix())
+                folder.create(name.as_posix(), (heads or {}).get(name, b""))
         yield folder.path
 
 

@@ -6,101 +6,77 @@ A table has a kind (poses, sightings, wifi, ble, sensors, or one sensor), its co
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from difflib import get_close_matches
+from collections.abc import Mapping, Sequence
 from typing import Literal
+
+import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
+from vislam2tag.intake.columns import (
+    Column,
+    address_column,
+    given_column,
+    matching_columns,
+    missing_column,
+    plain_name,
+    shown,
+)
 
 COLUMNS_FILE = "columns.toml"
-_TIME_UNITS = {
-    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
-    **dict.fromkeys(("ms", "millis", "milliseconds", "msec"), "ms"),
-    **dict.fromkeys(("us", "micros", "microseconds", "usec"), "us"),
-    **dict.fromkeys(("ns", "nanos", "nanoseconds", "nsec"), "ns"),
+SENSORS: Mapping[str, str] = {"acc": "ACC", "gyro": "GYRO", "mag": "MAG", "pressure": "PRESSURE"}
+"""Kinds of tables that are of one sensor: its type in the table ``sensors``."""
+_SENSOR_NAMES = {
+    "acc": "acc acce accel acceleration accelerometer totalacceleration",
+    "gyro": "gyr gyro gyroscope rotationrate angularvelocity",
+    "mag": "mag magn magnetic magnetometer magneticfield",
+    "pressure": "pressure pres baro barometer airpressure",
 }
-_TIME = r"(?:t|time|timestamp|stamp|timestamps|datetime|unixtime|unix|utctime|epoch|zeit"
-_TIME += r"|elapsed|elapsedtime|elapsedrealtime|firstseen)"
-_UNIT = f"(?:{'|'.join(_TIME_UNITS)})"
-_POSITION = (
-    r"(?:p|t|pos|position|translation|trans|pose|poseposition|poseposeposition|posetranslation|prsr|loc|location|coord|"
-    r"coordinate|cam|camera|cameraposition|campos|tracker|world|map|local|odom)?"
-)
-_TURN = (
-    r"(?:q|quat|quaternion|rot|rotation|orientation|ori|qrs|o|r|poseorientation|poseposeorientation|poserotation|"
-    r"cameraorientation)"
-)
-_LANDMARK = rf"(?:landmark|marker|tag|l|m|landmarkposition|markerposition|tagposition|{_POSITION[3:-2]})?"
-_OFFSET = r"(?:d|off|offset|rel|relative|cam|camera|incamera|c|camoffset)"
-_BEHIND = r"(?:offset|rel|relative|cam|camera|incamera|c)"
-
-
-def _axes(before: str, names: str = "xyz", to: str = "") -> dict[str, str]:
-    return {f"{to}{axis}": f"{before}{axis}" for axis in names}
-
-
-_ROLES: Mapping[str, Mapping[str, str]] = {
-    "poses": {"time": f"{_TIME}{_UNIT}?", **_axes(_POSITION), **_axes(_TURN, "xyzw", "q")},
+SENSOR_TYPES = {name: SENSORS[kind] for kind, names in _SENSOR_NAMES.items() for name in names.split()}
+"""Types in the table ``sensors`` by the names that loggers give sensors, in normal form."""
+_TIME = {"time": ("time",)}
+_TURN = {role: (role,) for role in ("qx", "qy", "qz", "qw")}
+_VALUES = {f"v{i}": (f"value_{i}",) for i in range(1, 7)}
+_ROLES: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "poses": {**_TIME, **{axis: (f"pose_{axis}",) for axis in "xyz"}, **_TURN},
     "sightings": {
-        "time": f"{_TIME}{_UNIT}?",
-        "id": r"(?:id|name|(?:landmark|marker|tag|code|qr|qrcode|aruco|apriltag|sheet)(?:id|name|nr|number)?|marke)",
-        **_axes(_LANDMARK),
-        **_axes(_TURN, "xyzw", "q"),
-        **{f"d{axis}": f"{_OFFSET}{axis}|{axis}{_BEHIND}" for axis in "xyz"},
+        **_TIME,
+        "id": ("landmark", "landmark_id"),
+        **{f"d{axis}": (f"offset_{axis}",) for axis in "xyz"},
+        **{axis: (f"landmark_{axis}", f"pose_{axis}") for axis in "xyz"},
+        **_TURN,
     },
-    "wifi": {
-        "time": f"{_TIME}{_UNIT}?",
-        "address": r"(?:ap|router|wifi|wlan)?(?:bssid|mac|macaddress|macaddr|address|addr)|ap|apid",
-        "level": r"(?:rssi|rss|level|dbm|signal|signalstrength|signallevel|strength|power|rxpower|pegel)(?:dbm)?",
-        "ssid": r"ssid|essid|network|networkname|wifiname|netzname",
-        "scan": r"(?:scan|fingerprint|sample)(?:id|no|nr|number|index)?",
-        "frequency": r"(?:freq|frequency|frequenz)(?:mhz)?",
-    },
+    "wifi": {role: (role,) for role in ("time", "address", "level", "ssid", "scan", "frequency", "technology")},
     "ble": {
-        "time": f"{_TIME}{_UNIT}?",
-        "address": r"(?:ble|beacon|device|bluetooth)?(?:mac|macaddress|macaddr|address|addr|id)|beacon",
-        "level": r"(?:rssi|rss|level|dbm|signal|signalstrength|strength|power|rxpower|pegel)(?:dbm)?",
-        "name": r"name|(?:device|local|beacon)name",
-        "uuid": r"(?:beacon|proximity)?uuid",
-        "major": "major",
-        "minor": "minor",
+        **_TIME,
+        "address": ("beacon_address",),
+        "level": ("level",),
+        "name": ("beacon_name",),
+        **{role: (role,) for role in ("uuid", "major", "minor", "technology")},
     },
-    "sensors": {
-        "time": f"{_TIME}{_UNIT}?",
-        "type": r"(?:sensor)?(?:type|name)|sensor|kind",
-        **{
-            f"v{i + 1}": rf"(?:v|value|val|values){number}|(?:v|value|val)?{axis}"
-            for i, (number, axis) in enumerate((("(?:1|0(?!.))", "x"), ("2", "y"), ("3", "z")))
-        },
-    },
+    "sensors": {**_TIME, "type": ("sensor_type",), **_VALUES},
+    **{kind: {**_TIME, **_VALUES} for kind in SENSORS},
 }
-_REQUIRED = {
-    "poses": ("time", "x", "y", "z", "qx", "qy", "qz", "qw"),
+"""For each kind of table and role the roles of intake.columns whose names count: the first that has a column."""
+_REQUIRED: Mapping[str, tuple[str, ...]] = {
+    "poses": ("qw", "qx", "qy", "qz", "time", "x", "y", "z"),
     "sightings": ("time", "id"),
     "wifi": ("time", "address", "level"),
     "ble": ("time", "address", "level"),
     "sensors": ("time", "type", "v1"),
+    **{kind: ("time", "v1", "v2", "v3") for kind in SENSORS if kind != "pressure"},
+    "pressure": ("time", "v1"),
 }
-SENSORS = ("acc", "gyro", "mag", "pressure")
-"""Kinds of tables, or of their columns, that are one sensor."""
-_EXAMPLES = {
-    "time": "time, timestamp, t, time_ms",
-    "x": "x, tx, px, pos_x", "y": "y, ty, py, pos_y", "z": "z, tz, pz, pos_z",
-    "qx": "qx, quat_x, rot_x", "qy": "qy, quat_y, rot_y", "qz": "qz, quat_z, rot_z", "qw": "qw, quat_w, rot_w",
-    "id": "id, landmark, marker_id, tag",
-    "dx": "dx, offset_x, cam_x", "dy": "dy, offset_y, cam_y", "dz": "dz, offset_z, cam_z",
-    "address": "bssid, mac, address", "level": "rssi, rss, level, dbm",
-    "type": "type, sensor", "v1": "v1, value1, x",
-}  # fmt: skip
-_SHOWN = 20
-_LONGEST_NAME = 200
+_POSITIONS = ("x", "y", "z"), ("dx", "dy", "dz")
+"""Sightings have one of these."""
 
 
 class TableColumns(Record):
-    """A section of ``columns.toml``: the file of a table and the names of its columns by role."""
+    """A section of ``columns.toml``: the file of a table and the names of its columns by role.
+
+    An empty name states that the table has no such column.
+    """
 
     file: str | None = None
     time: str | None = None
@@ -127,6 +103,7 @@ class TableColumns(Record):
     ssid: str | None = None
     scan: str | None = None
     frequency: str | None = None
+    technology: str | None = None
     name: str | None = None
     uuid: str | None = None
     major: str | None = None
@@ -135,6 +112,15 @@ class TableColumns(Record):
     v1: str | None = None
     v2: str | None = None
     v3: str | None = None
+    v4: str | None = None
+    v5: str | None = None
+    v6: str | None = None
+
+    @property
+    def named(self) -> dict[str, str]:
+        """The names of columns by role."""
+        roles = {role for kind in _ROLES.values() for role in kind}
+        return {role: name for role, name in self.model_dump().items() if role in roles and name is not None}
 
 
 class WalkColumns(Record):
@@ -168,157 +154,172 @@ class WalkColumns(Record):
         return "\n".join(parts)
 
 
-def plain_name(name: str) -> str:
-    """The normal form of a name: lower case, no unit in brackets, letters and digits only."""
-    return re.sub(r"[^a-z0-9]", "", re.sub(r"[\[(].*?[\])]", "", name.lower()))
-
-
-def time_unit(name: str) -> str | None:
-    """The unit of time that a name states, as in ``time_ms`` or ``t [s]``: ``s``, ``ms``, ``us`` or ``ns``."""
-    lower = name.strip().lower().replace("µ", "u")
-    bracketed = re.search(r"[\[(]\s*([a-z]+)\s*[\])]$", lower)
-    if bracketed:
-        return _TIME_UNITS.get(bracketed[1])
-    behind = re.search(rf"(?:[ _.-]|time|stamp)({_UNIT})$", lower)
-    return None if behind is None else _TIME_UNITS[behind[1]]
-
-
-def candidates(columns: Sequence[str], kind: str) -> dict[str, list[str]]:
+def candidates(columns: Sequence[str], kind: str) -> dict[str, list[Column]]:
     """The columns of a table that may have each role of a kind of table, by name."""
-    plain = {name: plain_name(name) for name in columns if len(name) <= _LONGEST_NAME}
-    return {
-        role: [name for name, short in plain.items() if re.fullmatch(pattern, short)]
-        for role, pattern in _ROLES[kind].items()
-    }
+    return {role: _matching(columns, wanted) for role, wanted in _roles(columns, kind).items()}
 
 
-def resolved(columns: Sequence[str], kind: str, given: TableColumns, file: str) -> dict[str, str]:
+def resolved(
+    columns: Sequence[str], kind: str, given: TableColumns, file: str, sample: pl.DataFrame | None = None
+) -> dict[str, Column]:
     """The columns of a table by role; raises UsageError if a role has several, or one that is needed has none.
 
-    ``given`` decides; an empty name states that there is no such column.
+    ``given`` decides. Of several times the best known name counts. In ``sample``, some rows, addresses are recognised
+    if no name says which column they are in.
     """
-    known, found = candidates(columns, kind), dict[str, str]()
-    given_names = {role: name for role in known if (name := getattr(given, role)) is not None}
-    for role, name in given_names.items():
-        if name and name not in columns:
-            raise UsageError(_unknown_column(file, kind, role, name, columns))
-    taken = {name for name in given_names.values() if name}
-    for role, names in known.items():
-        free = _of_one_family([name for name in names if name not in taken], role, known)
-        if role in given_names:
-            free = [name for name in (given_names[role],) if name]
-        elif role == "time":
-            free = free[:1]
-        if len(free) > 1:
-            both = " and ".join(f"`{name}`" for name in free)
-            raise UsageError(
-                f"{file}: the columns {both} may both be {role}; choose one in {COLUMNS_FILE}: "
-                f'[{kind}] {role} = "{free[0]}"'
-            )
-        if free:
-            found[role] = free[0]
-    missing = [role for role in _REQUIRED[kind] if role not in found]
-    if kind == "sightings" and not {"x", "y", "z"} <= found.keys() and not {"dx", "dy", "dz"} <= found.keys():
-        missing += [role for role in "xyz" if role not in found]
-    if missing:
+    roles, named = _roles(columns, kind), given.named
+    if wrong := named.keys() - roles.keys():
         raise UsageError(
-            missing_columns(file, kind, missing, [name for name in columns if name not in found.values()], columns)
+            f"{COLUMNS_FILE}: [{kind}] {' and '.join(sorted(wrong))}: a table of {kind} has no such column; expected "
+            f"{', '.join(roles)}"
         )
+    found = {role: given_column(role, name, columns, kind, file) for role, name in named.items() if name}
+    for role, wanted in roles.items():
+        matched = [] if role in named else _matching(_free(columns, found), wanted)
+        if len(matched) > 1 and role != "time":
+            matched = _of_one_family(matched, role, columns, found)
+            if len(matched) > 1:
+                raise UsageError(f"{file}: {_ambiguous(matched, kind, role)}")
+        if matched:
+            found[role] = matched[0]
+    if sample is not None and "address" in roles and not {"address"} & {*found, *named}:
+        holder = address_column(sample.select(_free(columns, found)))
+        found |= {} if holder is None else {"address": holder}
+    missing = [role for role in _required(kind, found) if role not in found]
+    if missing:
+        free = _free(columns, found)
+        suggested = free[0] if len(free) == len(missing) == 1 else "NAME"
+        names = {role: roles[role][0] for role in missing}
+        raise UsageError(f"{file}: {missing_column(columns, names, kind, suggested)}")
     return found
 
 
-def _of_one_family(names: list[str], role: str, known: Mapping[str, list[str]]) -> list[str]:
-    """Of several columns for an axis those whose other axes are there, too: ``x`` of a picture has no z."""
-    if len(names) < 2 or role[-1] not in "xyzw" or role == "time":
-        return names
-    others = [other for other in known if other[:-1] == role[:-1] and other != role]
-    whole = [
-        name
-        for name in names
-        if all(
-            any(
-                plain_name(name).replace(role[-1], "@") == plain_name(each).replace(other[-1], "@")
-                for each in known[other]
-            )
-            for other in others
-        )
-    ]
-    return whole or names
+def _ambiguous(matched: Sequence[Column], kind: str, role: str) -> str:
+    names = " and ".join(each.name for each in matched)
+    entry = f"{role} = {toml_value(matched[0].name)}"
+    return f"the columns {names} may both be {role}; choose one in {COLUMNS_FILE}: [{kind}] {entry}"
 
 
-def missing_columns(file: str, kind: str, missing: Iterable[str], free: Sequence[str], columns: Sequence[str]) -> str:
-    """Say which columns a table has and which names are expected."""
-    roles = list(missing)
-    expected = "; ".join(f"for {role} one of {_EXAMPLES.get(role, role)}" for role in roles)
-    entries = ", ".join(f'{role} = "{free[0] if len(free) == 1 else "NAME"}"' for role in roles)
-    return (
-        f"{file}: found the columns {shown(columns)}; expected {expected}; name them in {COLUMNS_FILE}: "
-        f"[{kind}] {entries}"
-    )
+def _required(kind: str, found: Mapping[str, Column]) -> list[str]:
+    """The roles that a table must have; sightings have a position or an offset, of which one may be there in part."""
+    needed = [role for role in _ROLES[kind] if role in _REQUIRED[kind]]
+    if kind != "sightings":
+        return needed
+    return [*needed, *max(_POSITIONS, key=lambda axes: len(found.keys() & set(axes)))]
 
 
-def shown(columns: Sequence[str]) -> str:
-    """The first columns of a table, for a message."""
-    names = ", ".join(f"`{name[:40]}`" for name in columns[:_SHOWN])
-    return f"{names}, ... ({len(columns)} columns)" if len(columns) > _SHOWN else names or "none"
+def kind_of(file: str, columns: Sequence[str], sample: pl.DataFrame | None = None) -> str | None:
+    """The kind of a table by its columns and its file's name; None if it is unknown.
+
+    In ``sample``, some rows, addresses are recognised if no name says which column they are in.
+    """
+    if sample is not None and not matching_columns(columns, "beacon_address") and address_column(sample) is not None:
+        columns = [*columns, "address"]
+    if _is(columns, "poses") and (not _is(columns, "sightings") or named_as_poses(file)):
+        return "poses"
+    if _is(columns, "sightings"):
+        return "sightings"
+    if _is(columns, "wifi") or _is(columns, "ble"):
+        of_beacons = _BLE_FILE.search(file) or not _is(columns, "wifi") or matching_columns(columns, "uuid")
+        return "ble" if of_beacons else "wifi"
+    return "sensors" if _is(columns, "sensors") else None
 
 
-def _unknown_column(file: str, kind: str, role: str, name: str, columns: Sequence[str]) -> str:
-    lower = {column.lower(): column for column in columns}
-    near = [lower[each] for each in get_close_matches(name.lower(), lower, 1, 0.0)]
-    closest = f" (the closest name is {near[0]})" if near else ""
-    return f'{COLUMNS_FILE}: [{kind}] {role} = "{name}": {file} has no such column{closest}; found {shown(columns)}'
+def fits(columns: Sequence[str], kind: str, given: TableColumns) -> bool:
+    """Whether a table has the columns that a section of columns.toml names, and the others that its kind needs."""
+    named = given.named
+    there = {name for name in named.values() if name} <= set(columns)
+    return bool(named) and there and not set(_missing(columns, kind)) - named.keys()
 
 
-_POSE_FILE = re.compile(r"pose|traj|odom|slam", re.IGNORECASE)
-_SIGHTING_FILE = re.compile(r"sight|landmark|marker|tag|initpose|detection|observ", re.IGNORECASE)
-_BLE_FILE = re.compile(r"ble|blue|beacon", re.IGNORECASE)
-_SENSOR_FILES = {
-    "acc": re.compile(r"acc", re.IGNORECASE),
-    "gyro": re.compile(r"gyr", re.IGNORECASE),
-    "mag": re.compile(r"mag", re.IGNORECASE),
-    "pressure": re.compile(r"baro|press", re.IGNORECASE),
-}
+def unknown_kind(columns: Sequence[str]) -> str:
+    """Say which columns a table of no known kind has, and which are expected for the kind that is closest."""
+    missing = {kind: _missing(columns, kind) for kind in ("poses", "wifi", "ble", "sightings", "sensors")}
+    kind = min(missing, key=lambda each: len(missing[each]) / len(_REQUIRED[each]))
+    if len(missing[kind]) * 2 > len(_REQUIRED[kind]):
+        return f'found the columns {shown(columns)}; name the file in {COLUMNS_FILE}: [wifi] file = "NAME"'
+    names = {role: _ROLES[kind][role][0] for role in missing[kind]}
+    return f"as a table of {kind}: {missing_column(columns, names, kind)}"
 
 
-@dataclass(frozen=True)
-class Header:
-    """The file's name and the columns of a table."""
-
-    file: str
-    columns: tuple[str, ...]
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """Kinds of the table by its columns and its name; several for a table of several sensors, none if unknown."""
-        found = {kind: {role for role, names in candidates(self.columns, kind).items() if names} for kind in _ROLES}
-        whole = {kind for kind, roles in found.items() if set(_REQUIRED[kind]) <= roles}
-        if "sightings" in whole and not (
-            {"x", "y", "z"} <= found["sightings"] or {"dx", "dy", "dz"} <= found["sightings"]
-        ):
-            whole.discard("sightings")
-        of_poses = _POSE_FILE.search(self.file) and not _SIGHTING_FILE.search(self.file)
-        if "poses" in whole and ("sightings" not in whole or of_poses):
-            return ("poses",)
-        if "sightings" in whole:
-            return ("sightings",)
-        if "wifi" in whole or "ble" in whole:
-            return (
-                ("ble",) if _BLE_FILE.search(self.file) or "wifi" not in whole or "uuid" in found["ble"] else ("wifi",)
-            )
-        if "sensors" in whole and not _SENSOR_ONLY.search(self.file):
-            return ("sensors",)
-        return ()
-
-
-_SENSOR_ONLY = re.compile(r"truth|fixes", re.IGNORECASE)
-
-
-def sensor_of_file(file: str) -> str | None:
-    """The sensor that a file's name states, as in ``gyroscope.csv``; None if it states none."""
-    return next((sensor for sensor, pattern in _SENSOR_FILES.items() if pattern.search(file)), None)
+def _missing(columns: Sequence[str], kind: str) -> list[str]:
+    found = {role: matched[0] for role, matched in candidates(columns, kind).items() if matched}
+    return [role for role in _required(kind, found) if role not in found]
 
 
 def named_as_poses(file: str) -> bool:
     """Whether a file's name is that of a table of poses."""
     return bool(_POSE_FILE.search(file)) and not _SIGHTING_FILE.search(file)
+
+
+def sensor_of_file(file: str, columns: Sequence[str]) -> str | None:
+    """The sensor of a table that a file's name states, as ``gyroscope.csv`` with x, y and z; None if it is none."""
+    words = re.split(r"[^a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", file.rpartition(".")[0]).lower())
+    if _NOT_RAW & set(words):
+        return None
+    names = {*words, "".join(words)}
+    kind = next((kind for kind, known in _SENSOR_NAMES.items() if names & set(known.split())), None)
+    return kind if kind is not None and _is(columns, kind) else None
+
+
+_POSE_FILE = re.compile(r"pose|traj|odom|slam", re.IGNORECASE)
+_SIGHTING_FILE = re.compile(r"sight|landmark|marker|tag|initpose|detection|observ", re.IGNORECASE)
+_BLE_FILE = re.compile(r"ble|blue|beacon", re.IGNORECASE)
+_NOT_RAW = frozenset({"uncalibrated", "uncalib", "linear", "user", "un"})
+"""Words for readings that are not what a sensor measured, or without its calibration."""
+
+
+def _roles(columns: Sequence[str], kind: str) -> Mapping[str, tuple[str, ...]]:
+    """The roles of a kind of table with their names; the values of sensors count from 0, from 1, or are axes."""
+    if kind != "sensors" and kind not in SENSORS:
+        return _ROLES[kind]
+    counted = [[f"value_{i}" for i in range(first, first + 6)] for first in (0, 1)]
+    styles = (*counted, ["value_x", "value_y", "value_z"])
+    names = next((style for style in styles if matching_columns(columns, style[0])), ["only_value"])
+    return {**_ROLES[kind], **{f"v{i}": (name,) for i, name in enumerate(names, 1)}}
+
+
+def _matching(columns: Sequence[str], wanted: Sequence[str]) -> list[Column]:
+    return next((matched for role in wanted if (matched := matching_columns(columns, role))), [])
+
+
+def _free(columns: Sequence[str], found: Mapping[str, Column]) -> list[str]:
+    taken = {each.name for each in found.values()}
+    return [name for name in columns if name not in taken]
+
+
+def _is(columns: Sequence[str], kind: str) -> bool:
+    """Whether there is a column for each role that a kind of table needs."""
+    roles = _roles(columns, kind)
+
+    def has(role: str) -> bool:
+        return bool(_matching(columns, roles[role]))
+
+    return all(map(has, _REQUIRED[kind])) and (kind != "sightings" or not _missing(columns, kind))
+
+
+def _of_one_family(
+    matched: list[Column], role: str, columns: Sequence[str], found: Mapping[str, Column]
+) -> list[Column]:
+    """Of several columns for an axis those of the axes found before, else those whose other axes are there, too.
+
+    ``x`` of a picture has no z.
+    """
+    if role[-1] not in "xyzw":
+        return matched
+    others = [role[:-1] + axis for axis in ("xyzw" if role.startswith("q") else "xyz") if axis != role[-1]]
+    before = {other: plain_name(found[other].name) for other in others if other in found}
+    there = {plain_name(name) for name in columns}
+
+    def is_whole(name: str) -> bool:
+        return all(
+            _renamed(name, role[-1], other[-1]) & ({before[other]} if other in before else there) for other in others
+        )
+
+    return [each for each in matched if is_whole(each.name)] or matched
+
+
+def _renamed(name: str, axis: str, other: str) -> set[str]:
+    """The names that a column for another axis has."""
+    plain = plain_name(name)
+    return {plain[:i] + other + plain[i + 1 :] for i, letter in enumerate(plain) if letter == axis}

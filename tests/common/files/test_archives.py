@@ -12,12 +12,12 @@ import struct
 import tarfile
 import zipfile
 from collections.abc import Callable
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 
 from vislam2tag.common.errors import DatasetError
-from vislam2tag.common.files.archives import BoundedFile, folder_of, names_in
+from vislam2tag.common.files.archives import BoundedFile, folder_of, names_in, zip_heads
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.datasets.format_registry import import_format_of
 
@@ -66,6 +66,15 @@ def test_folder_file_and_archives_show_the_same_names(tmp_path: Path) -> None:
         assert (folder_of(path, Folder.at(scratch)) / "in" / "a.csv").read_text() == "x"
     assert [str(name) for name in names_in(folder / "in" / "a.csv")] == ["a.csv"]
     assert folder_of(folder / "in" / "a.csv", Folder.at(tmp_path)) == folder / "in"
+
+
+def test_the_first_bytes_of_tables_in_a_zip(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        for name in ("walk/poses.csv", "walk/WIFI.CSV", "walk/film.mp4", "../outside.csv", "walk/z.csv"):
+            archive.writestr(name, f"content of {name}")
+    with (tmp_path / "a.zip").open("rb") as file:
+        heads = zip_heads(file, {".csv"}, 7, 3)
+    assert heads == {PurePosixPath(f"walk/{name}"): b"content" for name in ("poses.csv", "WIFI.CSV")}
 
 
 def test_a_folder_that_holds_only_an_archive_means_the_archive(tmp_path: Path) -> None:

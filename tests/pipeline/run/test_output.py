@@ -12,6 +12,7 @@ from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.run.claims import claim
+from vislam2tag.pipeline.run.output import columns_name
 
 
 def result(slug: str) -> str:
@@ -202,6 +203,20 @@ def test_sessions_that_are_not_to_be_kept_go_by_the_record(tmp_path: Path) -> No
     # What no record names is the user's, whatever it is called.
     users = {"sessions/floor_1.d.json", "backup", "backup/floor_1.b.parquet"}
     assert names(out) == {"run.json", "sessions", "wifi", *kept, *users}
+
+
+def test_how_columns_were_read_goes_with_the_session(tmp_path: Path) -> None:
+    slugs = ["floor_1.a", "floor_1.b"]
+    files = [columns_name(slug) for slug in slugs]
+    with claim(tmp_path / "out", {}, own=OwnFiles.of(files, ["sessions", "columns"], slugs)) as folder:
+        for slug in slugs:
+            folder.put_text(f"sessions/{slug}.json", result(slug))
+            folder.put_text(columns_name(slug), "[poses]\n")
+        folder.drop(lambda slug: slug == "floor_1.a")
+        assert (folder.has(files[0]), folder.has(files[1])) == (True, False)
+        assert files[1] not in folder.own().files
+        folder.forget("floor_1.a")
+        assert not folder.has(files[0])
 
 
 def test_what_an_interrupted_run_was_writing_goes(tmp_path: Path) -> None:

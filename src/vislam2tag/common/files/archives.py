@@ -170,6 +170,26 @@ def zip_names(file: IO[bytes]) -> list[PurePosixPath]:
         raise DatasetError(first_line(error)) from error
 
 
+def zip_heads(file: IO[bytes], suffixes: Container[str], size: int, most: int) -> dict[PurePosixPath, bytes]:
+    """The first bytes of the first files (``most``) of a zip with these suffixes, by name; none of damaged files.
+
+    Raises DatasetError as :func:`zip_names`.
+    """
+    try:
+        members = (each for each in islice(_of_zip(file), _MOST_MEMBERS) if each.name.suffix.lower() in suffixes)
+        return {each.name: _head(each, size) for each in islice(members, most) if not _leads_outside(each.name)}
+    except _DAMAGED as error:
+        raise DatasetError(first_line(error)) from error
+
+
+def _head(member: _Member, size: int) -> bytes:
+    try:
+        with member.open() as content:
+            return content.read(size)
+    except _DAMAGED:
+        return b""
+
+
 def folder_of(
     path: Path, scratch: Folder, most_bytes: int = MOST_UNPACKED, wanted: Container[PurePosixPath] | None = None
 ) -> Path:

@@ -32,7 +32,15 @@ from vislam2tag.labeling.tables import OPTIONAL, SCHEMAS, LabelledWalk, write_ta
 from vislam2tag.pipeline.labels.session_result import TRUTH_FILE, result_of, session_result, truth_mark
 from vislam2tag.pipeline.run.failures import reason
 from vislam2tag.pipeline.run.keys import code_key, key_of
-from vislam2tag.pipeline.run.output import COLUMNS, Kept, OutputFolder, SessionFiles, rows_of, session_files, short
+from vislam2tag.pipeline.run.output import (
+    Kept,
+    OutputFolder,
+    SessionFiles,
+    columns_name,
+    rows_of,
+    session_files,
+    short,
+)
 from vislam2tag.pipeline.run.workers import Job
 from vislam2tag.sessions.prepared import SessionTask, mappable_session
 from vislam2tag.sessions.registry import at_hand, format_module, hash_inputs
@@ -192,7 +200,7 @@ def _processed(job: SessionJob, files: SessionFiles) -> Outcome:
             walk = LabelledWalk.of(prepared, job.settings)
             _write_tables(job, files, walk.tables(job.task.frames))
             if session.columns:
-                job.out.put_text(f"{COLUMNS}/{job.slug}.toml", session.columns)
+                job.out.put_text(columns_name(job.slug), session.columns)
             hashes = {record.name: record.sha256 for record in session.files}
             result = session_result(prepared, walk, job.settings)
             known = {"fingerprint": _fingerprint(job, hashes, result), "parts": _parts(job)}

@@ -159,9 +159,10 @@ class OutputFolder:
     def forget(self, slug: str) -> None:
         """Remove a session's result, so that its tables are not trusted while they are rewritten.
 
-        Optional tables are removed, too, because the session may have none now.
+        Optional tables and ``columns.toml`` are removed, too, because the session may have none now.
         """
-        self.remove(result_name(slug), *(table_name(name, slug) for name in (*OPTIONAL, *self._of_companions(slug))))
+        tables = (table_name(name, slug) for name in (*OPTIONAL, *self._of_companions(slug)))
+        self.remove(result_name(slug), columns_name(slug), *tables)
 
     def _of_companions(self, slug: str) -> list[str]:
         """Tables of a session's companions: of one named B such as ``sensors_B``."""
@@ -233,6 +234,11 @@ def table_name(table: str, slug: str) -> str:
     return f"{table}/{slug}.parquet"
 
 
+def columns_name(slug: str) -> str:
+    """Where the ``columns.toml`` of a session is."""
+    return f"{COLUMNS}/{slug}.toml"
+
+
 def short(version: Version) -> str:
     """A version as notes keep it."""
     return version.mark.strip('"')
@@ -247,6 +253,7 @@ def recorded_sessions(own: OwnFiles) -> set[str]:
 def without_sessions(own: OwnFiles, slugs: Set[str]) -> OwnFiles:
     """A record without the files of some sessions."""
     gone = {file for slug in slugs for file in (result_name(slug), *(table_name(name, slug) for name in SCHEMAS))}
+    gone |= {columns_name(slug) for slug in slugs}
     return OwnFiles.of({*own.files} - gone, own.folders, {*own.stems} - slugs)
 
 

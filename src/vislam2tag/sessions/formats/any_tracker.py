@@ -18,6 +18,7 @@ from vislam2tag.common.errors import SessionError, import_extra
 from vislam2tag.common.files.given_files import toml_values
 from vislam2tag.common.findings import Severity
 from vislam2tag.common.records import Record
+from vislam2tag.intake.columns import shown, time_unit
 from vislam2tag.intake.time_units import FRAMES
 from vislam2tag.sessions.apps import AppFormat, in_acs, pose_rows, timed
 from vislam2tag.sessions.model import FileRecord
@@ -26,7 +27,7 @@ from vislam2tag.sessions.registry import register
 from vislam2tag.sessions.session_files import SessionFiles
 from vislam2tag.sessions.text_tables import FieldTable
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS
-from vislam2tag.sessions.walk_columns import candidates, shown, time_unit
+from vislam2tag.sessions.walk_columns import candidates
 
 _TUM = ("time", "x", "y", "z", "qx", "qy", "qz", "qw")
 _EUROC = ("time", "x", "y", "z", "qw", "qx", "qy", "qz")
@@ -105,7 +106,7 @@ def _form(data: bytes, path: str, usual: tuple[str, ...]) -> _Form:
     said = lines[first] if header else lines[first - 1].lstrip("# ") if first else ""
     names = [name.strip() for name in (said.split(",") if "," in said else said.split())]
     columns = candidates(names, "poses") if len(names) == len(fields) else {}
-    roles = {found[0]: role for role, found in columns.items() if len(found) == 1}
+    roles = {found[0].name: role for role, found in columns.items() if len(found) == 1}
     named = len(roles) == len(_TUM)
     if not named and len(fields) not in _FURTHER:
         expected = " ".join(usual)

@@ -2,100 +2,83 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError, SurveyError, UsageError
-from vislam2tag.common.files.given_files import plain, read_bytes
-from vislam2tag.common.files.toml_file import read_toml
-from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.files.given_files import plain
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import rotated
-from vislam2tag.intake.cells import length_unit, with_numbers
-from vislam2tag.intake.foreign_table import read_foreign_table
-from vislam2tag.intake.time_units import ANY, FRAMES, NS_OF, READINGS, Steps, ns_of_seconds, recognised_ns
-from vislam2tag.sessions.apps import in_acs
-from vislam2tag.sessions.clocks import clock_of, pose_lag_of
-from vislam2tag.sessions.foreign_tables import (
-    MOTION_COLUMNS,
-    sensor_columns,
-    session_tables,
-    table_times,
+from vislam2tag.intake.cells import LENGTHS_M
+from vislam2tag.intake.columns import given_column, matching_columns, missing_column, plain_name
+from vislam2tag.intake.time_units import (
+    ANY,
+    FRAMES,
+    READINGS,
+    Steps,
 )
-from vislam2tag.sessions.model import FileRecord, Session
+from vislam2tag.sessions.apps import in_acs
+from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of
+from vislam2tag.sessions.foreign_tables import (
+    sensors_in,
+)
+from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.pose_axes import plausible_axes
-from vislam2tag.sessions.readings import SENSOR_VALUES, mark_repeated, pressure_log, sensor_rows, sensor_table
-from vislam2tag.sessions.registry import FORMATS, register
-from vislam2tag.sessions.session_files import SessionFiles
+from vislam2tag.sessions.readings import (
+    SENSOR_VALUES,
+    mark_repeated,
+    pressure_log,
+    sensor_rows,
+    sensor_table,
+    with_sensor_units,
+)
+from vislam2tag.sessions.registry import FORMATS, HEAD_BYTES, register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
-    Header,
-    TableColumns,
-    WalkColumns,
-    candidates,
-    missing_columns,
+    SENSOR_TYPES,
+    SENSORS,
+    kind_of,
     named_as_poses,
-    resolved,
-    shown,
-    time_unit,
 )
+from vislam2tag.sessions.walk_tables import WalkTable, WalkTables, is_wide, nearest_columns_file, tables_in
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
-from vislam2tag.site.site_table import is_file
 
 NAME = "csv-walk"
-_SUFFIXES = frozenset({".csv", ".tsv", ".txt"})
-_UNITS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 _MAX_APART_NS = 100_000_000
 """Sightings belong to the frame that is closest in time, if it is not further away."""
 _NEW_SCAN_NS = 1_000_000_000
-_MOST_FILES = 100
-_FIRST_BYTES = 2000
 _LOGGED_SHARE = 0.9
 """A landmark with rows at more of the frames behind its first one is logged at every frame, not only when seen."""
-_UNUSED = frozenset({"truth.csv", "fixes.csv", "tachy.csv", "refMarker.csv", "ControlPoint.csv"})
-
-
-def _tables(folder: Path) -> list[Path]:
-    return [
-        path
-        for path in sorted(folder.iterdir())
-        if path.suffix.lower() in _SUFFIXES
-        and path.name not in _UNUSED
-        and not path.name.startswith(".")
-        and is_file(path)
-    ][:_MOST_FILES]
+_VALUES = ("v1", "v2", "v3")
+_BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
 
 
 def _has_poses(path: Path) -> bool:
     """Whether the first lines of a file name the columns of poses, or its name says so and they name others."""
     try:
         with plain(path).open("rb") as file:
-            text = file.read(_FIRST_BYTES).decode("utf-8-sig", errors="replace")
+            text = file.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
     except OSError:  # reading it reports that
         return False
     for line in text.split("\n")[:20]:
         mark = max((";", "\t", "|", ","), key=line.count)
-        columns = [name.strip(' "\r') for name in line.lstrip("# ").split(mark)]
-        if Header(path.name, tuple(columns)).kinds == ("poses",):
+        fields = line.lstrip("# ").split(mark if mark in line else None)
+        columns = [name.strip(' "\r') for name in fields]
+        if kind_of(path.name, columns) == "poses":
             return True
         letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
         if named_as_poses(path.name) and len(columns) >= 4 and len(letters) > len(columns) / 2:
             return True
     return False
-
-
-def _columns_file(folder: Path) -> Path | None:
-    """The nearest ``columns.toml``: of the session, its device, its floor or the survey."""
-    return next((each / COLUMNS_FILE for each in (folder, *folder.parents[:3]) if is_file(each / COLUMNS_FILE)), None)
 
 
 class CsvWalk:
@@ -105,302 +88,217 @@ class CsvWalk:
 
     def recognises(self, folder: Path) -> bool:
         """One of the tables has the columns of poses, and no other format but the published one knows the folder."""
-        if not folder.is_dir() or not any(map(_has_poses, _tables(folder))):
+        if not folder.is_dir() or not any(map(_has_poses, tables_in(folder))):
             return False
         others = (known for name, known in FORMATS.all().items() if name not in (NAME, "published"))
         return not any(known.recognises(folder) for known in others)
 
     def input_files(self, folder: Path) -> list[Path]:
         """All tables, and the nearest ``columns.toml``."""
-        own = _columns_file(folder)
-        return [*_tables(folder), *([] if own is None else [own])]
+        own = nearest_columns_file(folder)
+        return [*tables_in(folder), *([] if own is None else [own])]
 
     def read(self, ref: SessionRef, settings: FindingSettings) -> Session:
         """Read a session whole; raises SessionError if a column that is needed cannot be recognised."""
         try:
-            return _Reader(ref.folder).session(ref, settings)
+            return _Reader(ref.folder, ref.beside).session(ref, settings)
         except (UsageError, SurveyError) as error:
             raise SessionError(str(error)) from error
 
 
-@dataclass
-class _Table:
-    """A table: its rows behind ``row``, its columns by role, and their section."""
-
-    file: str
-    rows: pl.DataFrame
-    roles: dict[str, str]
-    given: TableColumns
-
-    def numbers(self, roles: Sequence[str], findings: list[Finding]) -> FloatArray:
-        """Columns (n, k) as numbers; NaN for cells that are none."""
-        table, odd = with_numbers(self.rows, list(dict.fromkeys(self.roles[role] for role in roles)), self.file)
-        findings += odd
-        return np.column_stack([table[self.roles[role]].fill_null(np.nan).to_numpy() for role in roles])
-
-    def metres(self) -> float:
-        """Metres in the unit of its lengths."""
-        unit = self.given.length_unit
-        if unit is not None and length_unit(unit) is None:
-            raise UsageError(f"{COLUMNS_FILE}: length_unit = {unit!r} is unknown; use one such as m, cm or ft")
-        return 1.0 if unit is None else length_unit(unit) or 1.0
-
-
-_Found: TypeAlias = dict[str, list[tuple[str, pl.DataFrame]]]
-"""Files and their rows, by kind of table."""
-
-
 class _Reader:
-    """Reads one session, and keeps how its columns were resolved."""
+    """Reads one session."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.files = SessionFiles(folder, {})
-        self.path = _columns_file(folder)
-        self.columns = WalkColumns() if self.path is None else read_toml(self.path, WalkColumns)
-        self.found: dict[str, TableColumns] = {}
+    def __init__(self, folder: Path, beside: Path | None) -> None:
+        self.tables = WalkTables(folder, beside)
+        self.files = self.tables.files
 
     def session(self, ref: SessionRef, settings: FindingSettings) -> Session:
-        by_kind: _Found = {}
-        for path in _tables(self.folder):
-            table = read_foreign_table(path)
-            rows = table.rows
-            numbered = rows.select(table.lines, pl.all())
-            kinds = self._kinds(path.name, rows.columns)
-            data = read_bytes(path)
-            for kind in kinds:
-                by_kind.setdefault(kind, []).append((path.name, numbered))
-            if kinds:
-                self.files.files.append(FileRecord.of(path.name, kinds[0], data, rows.height, rows.height))
-            else:
-                message = (
-                    f"its columns {shown(rows.columns)} were not recognised; name them in {COLUMNS_FILE} or remove the "
-                    "file"
-                )
-                self.files.note("unread_file", path.name, message)
-        camera = self._camera(by_kind, settings)
-        landmarks = (
-            no_landmarks() if "sightings" not in by_kind else self._landmarks(self._table("sightings", by_kind), camera)
-        )
-        if "sightings" not in by_kind:
-            self.files.note(
-                "missing_file",
-                "sightings.csv",
-                "there are no landmark sightings: only a plan of its floor can place the session",
-            )
-        sensors = self._sensors(by_kind, camera)
+        camera = self._camera(settings)
+        landmarks = self._landmarks(camera) if "sightings" in self.tables.by_kind else no_landmarks()
+        sensors = self._sensors(camera)
         clock_ns = clock_of(camera, sensors)
-        tables = {"sensors": sensors, "wifi": self._wifi(by_kind, clock_ns, settings)}
-        if "ble" in by_kind:
-            tables["ble"] = self._ble(by_kind, clock_ns)
+        tables = {"sensors": sensors, "wifi": self._wifi(clock_ns, camera, sensors, settings)}
+        if "ble" in self.tables.by_kind:
+            tables["ble"] = self._ble(clock_ns, camera)
         camera = replace(camera, pressure=pressure_log(sensors), pose_lag_s=pose_lag_of(camera, sensors))
-        self._report()
-        resolved_columns = self.columns.model_copy(update=self.found).text
-        return replace(self.files.session(ref.key, camera, landmarks, tables), columns=resolved_columns)
+        self.tables.report()
+        return replace(self.files.session(ref.key, camera, landmarks, tables), columns=self.tables.text)
 
-    def _kinds(self, file: str, columns: Sequence[str]) -> tuple[str, ...]:
-        named = [
-            kind for kind in ("poses", "sightings", "wifi", "ble", "sensors") if self.columns.of(kind).file == file
-        ]
-        if named:
-            return tuple(named)
-        kinds = Header(file, tuple(columns)).kinds
-        if not kinds and any(sensor_columns(columns, sensor)[0] for sensor in MOTION_COLUMNS):
-            kinds = ("sensors",)
-        if not kinds and named_as_poses(file):
-            kinds = ("poses",)
-        return tuple(kind for kind in kinds if self.columns.of(kind).file is None)
-
-    def _table(self, kind: str, by_kind: _Found) -> _Table:
-        files = by_kind.get(kind, [])
-        if not files:
-            there = ", ".join(path.name for path in _tables(self.folder))
-            raise UsageError(
-                f"{self.folder}: no table has the columns of {kind}; found the files {there}; "
-                f'name one in {COLUMNS_FILE}: [{kind}] file = "NAME"'
-            )
-        if len(files) > 1:
-            names = " and ".join(name for name, _ in files)
-            raise UsageError(
-                f"{self.folder}: the files {names} may all be {kind}; choose one in {COLUMNS_FILE}: "
-                f'[{kind}] file = "{files[0][0]}"'
-            )
-        (file, rows), given = files[0], self.columns.of(kind)
-        roles = resolved(rows.columns[1:], kind, given, file)
-        self.found[kind] = TableColumns(**{**given.model_dump(), **roles, "file": file})
-        return _Table(file, rows, roles, given)
-
-    def _times(self, table: _Table, kind: str, steps: Steps, clock_ns: IntArray | None = None) -> _Table:
-        """The table with ``time_ns``; rows without a time are left out and reported."""
-        name = table.roles["time"]
-        texts = table.rows[name].cast(pl.String).str.strip_chars()
-        unit = table.given.time_unit or time_unit(name)
-        if (texts.head(20).str.contains(r"^\d{4}-\d\d-\d\d[T ]").sum() or 0) > min(20, len(texts)) / 2:
-            dates = table_times(
-                texts.alias(name), np.empty((0, 2), dtype=np.int64), clock=None, unit=None, zone=table.given.zone
-            )
-            known = pl.Series(dates.usable)
-            return replace(table, rows=table.rows.with_columns(time_ns=dates.time_ns).filter(known))
-        exact = texts.cast(pl.Int64, strict=False)
-        numbers, odd = with_numbers(table.rows.with_columns(texts.alias(name)), [name], table.file)
-        self.files.findings += odd
-        known = numbers[name].is_not_null() & numbers[name].is_finite()
-        whole = bool(exact.filter(known).is_not_null().all())
-        rows = table.rows.filter(known)
-        if unit is not None:
-            factor = NS_OF[_UNITS[unit]]
-            time_ns = (
-                exact.filter(known) * factor if whole else (numbers[name].filter(known) * factor).round().cast(pl.Int64)
-            )
-        elif whole:
-            read_ns = exact.filter(known).to_numpy()
-            found_ns, other = recognised_ns(read_ns, read_ns, steps, table.file, "nanoseconds", clock_ns)
-            unit = next((each for each, words in _UNITS.items() if other and other[0].message.endswith(words)), "ns")
-            time_ns = pl.Series(found_ns)
-        else:
-            found_ns, other = ns_of_seconds(numbers[name].filter(known).to_numpy(), steps, table.file)
-            unit = next((each for each, words in _UNITS.items() if other and other[0].message.endswith(words)), "s")
-            time_ns = pl.Series(found_ns)
-        self.found[kind] = self.found[kind].model_copy(update={"time_unit": unit})
-        return replace(table, rows=rows.with_columns(time_ns=time_ns))
-
-    def _camera(self, by_kind: _Found, settings: FindingSettings) -> CameraTrack:
-        table = self._times(self._table("poses", by_kind), "poses", FRAMES)
-        poses = table.numbers(("x", "y", "z", "qx", "qy", "qz", "qw"), self.files.findings)
-        poses[:, :3] *= table.metres()
+    def _camera(self, settings: FindingSettings) -> CameraTrack:
+        table = self.tables.times(self.tables.only("poses"), FRAMES)
+        turn = table.numbers(("qx", "qy", "qz", "qw"), self.files.findings)
+        poses = np.column_stack((table.lengths(("x", "y", "z"), self.files.findings), turn))
         given = table.given
-        cameras, frames = (
-            (given.camera,) if given.camera else ("y-up", "y-down"),
-            (given.frame,) if given.frame else ("y-up", "z-up"),
-        )
-        axes = (
-            (*cameras, *frames)
-            if len(cameras) == len(frames) == 1
-            else plausible_axes(table.rows["time_ns"].to_numpy(), poses, cameras=cameras, frames=frames)
-        )
+        cameras = (given.camera,) if given.camera else ("y-up", "y-down")
+        frames = (given.frame,) if given.frame else ("y-up", "z-up")
+        axes: Sequence[object] | None = (*cameras, *frames)
+        if len(cameras) + len(frames) > 2:
+            axes = plausible_axes(table.time_ns, poses, cameras=cameras, frames=frames)
         if axes is None:
-            raise UsageError(
-                f"{table.file}: the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
-                '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
-            )
-        self.axes = axes[0], axes[1]
-        self.found["poses"] = self.found["poses"].model_copy(update={"camera": axes[0], "frame": axes[1]})
+            raise UsageError(f"{table.file}: {_unknown_axes(table, poses, cameras, frames)}")
+        self.axes = str(axes[0]), str(axes[1])
+        self.tables.noted(table, camera=self.axes[0], frame=self.axes[1])
         rows = table.rows.select("row", "time_ns").with_columns(_pose_series(in_acs(poses, *self.axes)))
-        camera, findings = camera_track(rows, table.file, settings)
-        self.files.findings += findings
-        return camera
+        return self.files.noted(camera_track(rows, table.file, settings))
 
-    def _landmarks(self, table: _Table, camera: CameraTrack) -> LandmarkLog:
-        table = self._times(table, "sightings", FRAMES, clock_of(camera))
-        count, findings = table.rows.height, self.files.findings
-        turned = {"qx", "qy", "qz", "qw"} <= table.roles.keys()
-        at_rest = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
-        turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else at_rest
+    def _landmarks(self, camera: CameraTrack) -> LandmarkLog:
+        table, findings = (
+            self.tables.times(self.tables.only("sightings"), FRAMES, clock_of(camera)),
+            self.files.findings,
+        )
+        findings += clock_mismatch(table.time_ns, table.file, camera)
+        at_rest = np.tile((0.0, 0.0, 0.0, 1.0), (table.rows.height, 1))
         frames = np.flatnonzero(camera.usable)
-        frame_ns, time_ns = camera.time_ns[frames], table.rows["time_ns"].to_numpy()
+        frame_ns, time_ns = camera.time_ns[frames], table.time_ns
         nearest = _nearest(frame_ns, time_ns)
         if {"dx", "dy", "dz"} <= table.roles.keys():
-            offset = table.numbers(("dx", "dy", "dz"), findings) * table.metres()
+            offset = table.lengths(("dx", "dy", "dz"), findings)
             if self.axes[0] == "y-down":
                 offset = offset * (1.0, -1.0, -1.0)
             at = np.column_stack([np.interp(time_ns, frame_ns, axis) for axis in camera.position_acs[frames].T])
             poses = np.column_stack((at + rotated(camera.orientation_acs[frames[nearest]], offset), at_rest))
         else:
-            position = table.numbers(("x", "y", "z"), findings) * table.metres()
-            poses = in_acs(np.column_stack((position, turn)), "y-up", self.axes[1])
+            turned = {"qx", "qy", "qz", "qw"} <= table.roles.keys()
+            turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else at_rest
+            poses = in_acs(np.column_stack((table.lengths(("x", "y", "z"), findings), turn)), "y-up", self.axes[1])
         close = np.abs(frame_ns[nearest] - time_ns) <= _MAX_APART_NS
         rows = table.rows.select(
             "row",
-            id=pl.col(table.roles["id"]).cast(pl.String).str.strip_chars(),
+            id=table.text("id").fill_null("").str.strip_chars(),
             time_ns=np.where(close, frame_ns[nearest], time_ns),
         )
-        log, odd = landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera)
-        findings += odd
+        log = self.files.noted(landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera))
         first = np.full(len(log.ids), len(camera.time_ns))
         np.minimum.at(first, log.landmark, log.frame)
         expected = sum(int((frames >= each).sum()) for each in first)
         logged = len(log.landmark) >= _LOGGED_SHARE * max(expected, 1)
         return log if logged else replace(log, seen=np.ones(len(log.landmark), dtype=bool))
 
-    def _wifi(self, by_kind: _Found, clock_ns: IntArray, settings: FindingSettings) -> pl.DataFrame:
-        if "wifi" not in by_kind:
-            self.files.note("missing_file", "wifi.csv", "there are no Wi-Fi scans; the session has no Wi-Fi labels")
+    def _wifi(
+        self, clock_ns: IntArray, camera: CameraTrack, sensors: pl.DataFrame, settings: FindingSettings
+    ) -> pl.DataFrame:
+        if "wifi" not in self.tables.by_kind:
             return mark_repeated(pl.DataFrame(schema=_WIFI), "bssid")
-        self.files.names = {**self.files.names, "wifi": (by_kind["wifi"][0][0],)}
-        table = self._times(self._table("wifi", by_kind), "wifi", Steps(0.0, 600.0), clock_ns)
+        table = self.tables.of_technology(self.tables.only("wifi"))
+        table = self.tables.times(table, Steps(0.0, 600.0), clock_ns)
+        frequency: pl.Series | pl.Expr = pl.lit(None, dtype=pl.Float32)
+        if "frequency" in table.roles:
+            frequency = pl.Series(table.numbers(("frequency",), self.files.findings)[:, 0]).cast(pl.Float32)
+            frequency = frequency.fill_nan(None)
         rows = table.rows.select(
             "row",
             "time_ns",
             scan=_scans(table),
-            bssid=pl.col(table.roles["address"]).cast(pl.String).fill_null("").str.strip_chars(),
-            ssid=pl.col(table.roles["ssid"]).cast(pl.String) if "ssid" in table.roles else pl.lit(""),
-            rssi_dbm=pl.Series(table.numbers(("level",), self.files.findings)[:, 0]).cast(pl.Float32).fill_nan(None),
-            frequency_mhz=pl.Series(table.numbers(("frequency",), self.files.findings)[:, 0])
-            .cast(pl.Float32)
-            .fill_nan(None)
-            if "frequency" in table.roles
-            else pl.lit(None, dtype=pl.Float32),
+            bssid=table.text("address").fill_null("").str.strip_chars(),
+            ssid=table.text("ssid").fill_null(""),
+            rssi_dbm=table.level(self.files.findings),
+            frequency_mhz=frequency,
         )
-        return self.files.wifi(rows.drop_nulls("rssi_dbm"), settings)
+        self.files.names = {**self.files.names, "wifi": (table.file,)}
+        wifi = self.files.wifi(rows.drop_nulls("rssi_dbm"), settings)
+        return self.files.on_clock("wifi", wifi, camera, sensors)
 
-    def _ble(self, by_kind: _Found, clock_ns: IntArray) -> pl.DataFrame:
-        self.files.names = {**self.files.names, "ble": (by_kind["ble"][0][0],)}
-        table = self._times(self._table("ble", by_kind), "ble", ANY, clock_ns)
-
-        def text(role: str) -> pl.Expr:
-            return pl.col(table.roles[role]).cast(pl.String) if role in table.roles else pl.lit(None, dtype=pl.String)
-
+    def _ble(self, clock_ns: IntArray, camera: CameraTrack) -> pl.DataFrame:
+        table = self.tables.times(self.tables.of_technology(self.tables.only("ble")), ANY, clock_ns)
         rows = table.rows.select(
             "row",
             "time_ns",
-            address=text("address").fill_null("").str.strip_chars(),
-            name=text("name"),
-            uuid=text("uuid"),
-            major=text("major").cast(pl.Int32, strict=False),
-            minor=text("minor").cast(pl.Int32, strict=False),
-            rssi_dbm=pl.Series(table.numbers(("level",), self.files.findings)[:, 0]).cast(pl.Float32).fill_nan(None),
+            table.text("name").alias("name"),
+            table.text("uuid").alias("uuid"),
+            address=table.text("address").fill_null("").str.strip_chars(),
+            major=table.text("major").cast(pl.Int32, strict=False),
+            minor=table.text("minor").cast(pl.Int32, strict=False),
+            rssi_dbm=table.level(self.files.findings),
         )
-        return self.files.ble(rows.drop_nulls("rssi_dbm"))
+        self.files.names = {**self.files.names, "ble": (table.file,)}
+        return self.files.on_clock("ble", self.files.ble(rows.drop_nulls("rssi_dbm")), camera)
 
-    def _sensors(self, by_kind: _Found, camera: CameraTrack) -> pl.DataFrame:
+    def _sensors(self, camera: CameraTrack) -> pl.DataFrame:
+        """The table ``sensors`` of all tables of sensors, in units of Android."""
         parts = [sensor_rows(pl.DataFrame(schema={"row": pl.Int64, "time_ns": pl.Int64}), "", [])]
-        for file, rows in by_kind.get("sensors", []):
-            given = self.columns.sensors
-            if any(sensor_columns(rows.columns, sensor)[0] for sensor in MOTION_COLUMNS):
-                name = resolved_time(rows.columns[1:], given, file)
-                self.found["sensors"] = TableColumns(file=file, time=name)
-                table = self._times(_Table(file, rows, {"time": name}, given), "sensors", READINGS, clock_of(camera))
-                made, odd = session_tables(table.rows.drop(name) if name != "time_ns" else table.rows, "sensors", file)
-                self.files.findings += odd
-                parts.append(made["sensors"].select("row", "time_ns", "sensor", *SENSOR_VALUES))
+        for file, rows in self.tables.by_kind.get("sensors", []):
+            if is_wide(rows.columns):
+                parts += self._of_wide(file, rows, camera)
             else:
-                table = self._times(
-                    self._table("sensors", {"sensors": [(file, rows)]}), "sensors", ANY, clock_of(camera)
+                parts += self._of_long(self.tables.table("sensors", file, rows), camera)
+        for kind in SENSORS:
+            if kind in self.tables.by_kind:
+                parts += self._of_sensor(
+                    self.tables.times(self.tables.only(kind), READINGS, clock_of(camera)), kind, camera
                 )
-                values = [role for role in ("v1", "v2", "v3") if role in table.roles]
-                numbers = table.numbers(values, self.files.findings)
-                long = sensor_rows(table.rows, "", [pl.Series(column).fill_nan(0.0) for column in numbers.T])
-                kind = table.rows[table.roles["type"]].cast(pl.String).str.to_uppercase().replace({**_SENSOR_WORDS})
-                parts.append(long.with_columns(sensor=kind))
-        sensors, odd = sensor_table(pl.concat(parts), "sensors")
-        self.files.findings += odd
-        return sensors
+        return self.files.noted(sensor_table(pl.concat(parts), "sensors"))
 
-    def _report(self) -> None:
-        """Say how the columns were read."""
-        for kind, section in self.found.items():
-            named = self.columns.of(kind)
-            entries = {
-                key: value
-                for key, value in section.model_dump().items()
-                if value is not None and key != "file" and getattr(named, key) != value
-            }
-            if entries:
-                words = ", ".join(f'{key} = "{value}"' for key, value in entries.items())
-                message = (
-                    f"read as {kind} with {words}. If that is wrong, write the right ones to {COLUMNS_FILE}: [{kind}]"
-                )
-                self.files.note("columns_guessed", section.file or "", message, Severity.INFO)
+    def _of_wide(self, file: str, rows: pl.DataFrame, camera: CameraTrack) -> list[pl.DataFrame]:
+        """The readings of a table with a column for each axis of each sensor, such as ``acc_x``."""
+        given, columns = self.tables.columns.sensors, rows.columns[1:]
+        matched = matching_columns(columns, "time")
+        if given.time:
+            matched = [given_column("time", given.time, columns, "sensors", file)]
+        if not matched:
+            raise UsageError(f"{file}: {missing_column(columns, ('time',), 'sensors')}")
+        table = WalkTable("sensors", file, rows, {"time": matched[0]}, given)
+        self.tables.noted(table, time=matched[0].name)
+        table = self.tables.times(table, READINGS, clock_of(camera))
+        return self._in_units(table.rows, file, camera)
+
+    def _of_long(self, table: WalkTable, camera: CameraTrack) -> list[pl.DataFrame]:
+        """The readings of a table with a row for each sensor and time, such as ``ACC`` with ``v1`` to ``v3``."""
+        table = self.tables.times(table, READINGS, clock_of(camera), table.roles["type"].name)
+        said = table.rows.select(table.text("type").fill_null("")).to_series()
+        types = {text: SENSOR_TYPES.get(_sensor_word(text), text.upper()) for text in set(said)}
+        sensor = said.replace_strict(types, return_dtype=pl.String)
+        parts = []
+        for kind, name in SENSORS.items():
+            if (sensor == name).any():
+                parts += self._of_sensor(replace(table, rows=table.rows.filter(sensor == name)), kind, camera)
+        others = replace(table, rows=table.rows.filter(~sensor.is_in(list(SENSORS.values()))))
+        values = others.numbers([role for role in SENSOR_VALUES if role in table.roles], self.files.findings)
+        rows = sensor_rows(others.rows, "", [pl.Series(column).fill_nan(0.0) for column in values.T])
+        rows = rows.with_columns(sensor=sensor.filter(~sensor.is_in(list(SENSORS.values()))))
+        parts.append(self.files.noted(with_sensor_units(rows, table.file)))
+        return [pl.concat(parts).sort("row", maintain_order=True)]
+
+    def _of_sensor(self, table: WalkTable, kind: str, camera: CameraTrack) -> list[pl.DataFrame]:
+        """The readings of one sensor, whose columns get the names that they have in tables of several."""
+        roles = [role for role in _VALUES if role in table.roles][: 1 if kind == "pressure" else 3]
+        if kind != "pressure" and len(roles) < len(_VALUES):
+            missing = [role for role in _VALUES if role not in roles]
+            found = [each.name for each in table.roles.values()]
+            names = {role: f"value_{axis}" for role, axis in zip(_VALUES, "xyz", strict=True) if role in missing}
+            raise UsageError(f"{table.file}: {missing_column(found, names, table.kind)}")
+        columns = {}
+        for role, axis in zip(roles, "xyz", strict=False):
+            unit = _BRACKETS.search(table.roles[role].name)
+            name = kind if kind == "pressure" else f"{kind}_{axis}"
+            columns[name + (f" [{unit[1]}]" if unit else "")] = pl.col(table.roles[role].name)
+        return self._in_units(table.rows.select("row", "time_ns", **columns), table.file, camera)
+
+    def _in_units(self, rows: pl.DataFrame, file: str, camera: CameraTrack) -> list[pl.DataFrame]:
+        """Readings in units of Android; reported if their times do not meet the frames."""
+        sensors = self.files.noted(sensors_in(rows, file))
+        self.files.findings += clock_mismatch(sensors["time_ns"].to_numpy(), file, camera)
+        return [sensors.select("row", "time_ns", "sensor", *SENSOR_VALUES)]
+
+
+def _unknown_axes(table: WalkTable, poses: FloatArray, cameras: Sequence[str], frames: Sequence[str]) -> str:
+    """Say that a path does not show its axes, or shows that its lengths are in another unit."""
+    for unit in ("cm", "mm"):
+        metres = poses * np.array([LENGTHS_M[unit]] * 3 + [1.0] * 4)
+        if table.given.length_unit is None and plausible_axes(table.time_ns, metres, cameras=cameras, frames=frames):
+            return (
+                f"the positions are not those of a walking person in metres, but in {unit}; write that to "
+                f'{COLUMNS_FILE}: length_unit = "{unit}" in [poses], and in [sightings] if it is right there'
+            )
+    return (
+        f"the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
+        '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
+    )
+
+
+def _sensor_word(text: str) -> str:
+    """The normal form of a sensor's name, as in ``android.sensor.accelerometer``."""
+    return re.sub(r"^(?:android)?sensor(?=.)", "", plain_name(text))
 
 
 _WIFI = {
@@ -409,20 +307,6 @@ _WIFI = {
     **dict.fromkeys(("bssid", "ssid"), pl.String),
     **dict.fromkeys(("rssi_dbm", "frequency_mhz"), pl.Float32),
 }
-_SENSOR_WORDS = {
-    **dict.fromkeys(("ACCELEROMETER", "ACCE", "ACCELERATION"), "ACC"),
-    **dict.fromkeys(("GYROSCOPE", "GYR"), "GYRO"),
-    **dict.fromkeys(("MAGNETOMETER", "MAGN", "MAGNETIC"), "MAG"),
-    **dict.fromkeys(("BAROMETER", "PRES", "BARO"), "PRESSURE"),
-}
-
-
-def resolved_time(columns: Sequence[str], given: TableColumns, file: str) -> str:
-    """The column of times of a table of sensors; raises UsageError if there is none."""
-    found = [given.time] if given.time else candidates(columns, "sensors")["time"]
-    if not found or found[0] not in columns:
-        raise UsageError(missing_columns(file, "sensors", ["time"], [], columns))
-    return str(found[0])
 
 
 def _pose_series(poses: FloatArray) -> list[pl.Series]:
@@ -438,15 +322,13 @@ def _nearest(sorted_ns: IntArray, time_ns: IntArray) -> IntArray:
     return np.where(np.abs(sorted_ns[before] - time_ns) <= np.abs(sorted_ns[after] - time_ns), before, after)
 
 
-def _scans(table: _Table) -> pl.Series:
+def _scans(table: WalkTable) -> pl.Series:
     """Numbers of scans: by their column, else rows of one time, else rows without a gap of a second."""
     time = table.rows["time_ns"]
     if "scan" in table.roles:
-        return (
-            table.rows[table.roles["scan"]].cast(pl.String).rank("dense").cast(pl.Int32)
-            if not table.rows[table.roles["scan"]].cast(pl.Int32, strict=False).is_not_null().all()
-            else table.rows[table.roles["scan"]].cast(pl.Int32)
-        )
+        said = table.rows[table.roles["scan"].name].cast(pl.String)
+        numbers = said.cast(pl.Int32, strict=False)
+        return said.rank("dense").cast(pl.Int32) if numbers.has_nulls() else numbers
     if time.n_unique() * 2 <= len(time):
         return time.rank("dense").cast(pl.Int32)
     order = time.arg_sort()
