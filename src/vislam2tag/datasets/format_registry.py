@@ -19,6 +19,7 @@ from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import Privacy
+from vislam2tag.datasets.recordings import command_for
 from vislam2tag.intake.columns import ColumnNames
 from vislam2tag.intake.level_scales import LevelScale
 
@@ -172,14 +173,9 @@ def import_format_of(path: Path) -> ImportFormat:
             f"{path}: the folder contains {len(archives)} archives ({names}); pass one of them, or unpack those that "
             "belong together into one folder and pass that"
         )
+    if not found and (instead := command_for(path)) is not None:
+        raise DatasetError(f"{path}: {instead}")
+    if not found and path.suffix.lower() in TABLES:
+        return formats[LAST]  # its message names the columns
     said = f"the format may be {' or '.join(found)}" if found else f"not in a known format ({', '.join(formats)})"
-    raise DatasetError(f"{path}: {said}; {_instead(path) or 'name the format with --format'}")
-
-
-def _instead(path: Path) -> str:
-    """Explain a folder of this program that needs no import."""
-    if (path / "dataset.json").is_file():
-        return "it is already a data set of this program and needs no import"
-    if any(path.glob("floor_*/*/*/")):
-        return "it is a survey; `vislam2tag dataset` makes a data set from it"
-    return ""
+    raise DatasetError(f"{path}: {said}; name the format with --format")
