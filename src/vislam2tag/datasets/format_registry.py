@@ -152,6 +152,10 @@ LAST = "table"
 """The format that is recognised only if no other is."""
 
 
+_TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
+"""Files that can be nothing but tables."""
+
+
 def import_format_of(path: Path) -> ImportFormat:
     """Return the one format that recognises a file or folder.
 
@@ -162,7 +166,7 @@ def import_format_of(path: Path) -> ImportFormat:
     check_archive(path)
     formats = import_formats()
     found = [name for name, each in formats.items() if name != LAST and each.recognises(path)]
-    if not found and formats[LAST].recognises(path):
+    if not found and LAST in formats and formats[LAST].recognises(path):
         found = [LAST]
     if len(found) == 1:
         return formats[found[0]]
@@ -175,7 +179,12 @@ def import_format_of(path: Path) -> ImportFormat:
         )
     if not found and (instead := command_for(path)) is not None:
         raise DatasetError(f"{path}: {instead}")
-    if not found and path.suffix.lower() in TABLES:
+    if not found and LAST in formats and _has_tables(path):
         return formats[LAST]  # its message names the columns
     said = f"the format may be {' or '.join(found)}" if found else f"not in a known format ({', '.join(formats)})"
     raise DatasetError(f"{path}: {said}; name the format with --format")
+
+
+def _has_tables(path: Path) -> bool:
+    files = [path] if path.is_file() else path.iterdir()
+    return any(file.suffix.lower() in _TABLES for file in files)

@@ -114,7 +114,9 @@ class ForeignTable:
             cells = read_csv(body.encode(), separator=self._separator, has_header=False, schema=schema)
         except pl.exceptions.PolarsError as error:
             header = self._separator.join("x" * len(self._width))
-            if (surplus := surplus_fields(f"{header}\n{body}", self._separator, int(self._numbers[first]) - 2)) is not None:
+            if (
+                surplus := surplus_fields(f"{header}\n{body}", self._separator, int(self._numbers[first]) - 2)
+            ) is not None:
                 raise UsageError(f"{self.path}: {surplus}") from error
             raise UsageError(f"{self.path}: cannot be read as a table ({first_line(error)})") from error
         stripped = pl.col(pl.String).str.strip_chars().replace("", None)
