@@ -56,6 +56,7 @@ _TECHNOLOGIES = {
     **dict.fromkeys(("wifi", "wi-fi", "wlan", "w"), WIFI),
     **dict.fromkeys(("ble", "bluetooth", "bluetooth le", "ibeacon", "beacon", "bt", "b"), BLE),
 }
+_PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
 _CELL = r"^([A-Za-z])[ _-]?(\d+)$"
 _FLOOR = re.compile(r"(?:floor|f|etage|og|level|l|stock|ebene)?[ _.-]*(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
 _BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d*)|(\d+)\.? ?ug")
