@@ -6,8 +6,10 @@ import re
 import shlex
 from pathlib import Path, PurePosixPath
 
-from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import is_archive, names_in
+from vislam2tag.intake.columns import TIME, find_columns
+from vislam2tag.intake.foreign_table import read_foreign_table
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_in_zip, format_of, recorded_folder
 
 _FLOOR = re.compile(r"floor_-?\d+")
@@ -62,7 +64,7 @@ def _of_folder(folder: Path, name: str) -> str:
         survey = shlex.quote(str(where[1]))
         return f"it is a session of a survey; make a data set from that: vislam2tag dataset {survey} --out OUT"
     return (
-        f"it is a recording ({name}), not a data set. With poses: copy it to SURVEY/floor_K/DEVICE/{folder.name}, or "
+        f"it is a recording (format {name}), not a data set. With poses: copy it to SURVEY/floor_K/DEVICE/{folder.name}, or "
         f"zip it and run vislam2tag receive SURVEY {shlex.quote(folder.name + '.zip')}. Without poses: "
         f"vislam2tag attach WALK {given}"
     )
@@ -70,14 +72,20 @@ def _of_folder(folder: Path, name: str) -> str:
 
 def _of_zip(given: str, name: str) -> str:
     return (
-        f"it is a recording ({name}), not a data set. With poses: vislam2tag receive SURVEY {given}. Without poses: "
+        f"it is a recording (format {name}), not a data set. With poses: vislam2tag receive SURVEY {given}. Without poses: "
         f"vislam2tag attach WALK {given}"
     )
 
 
 def _of_file(file: Path) -> str | None:
-    """A file that belongs to the recording of its folder."""
+    """A file that belongs to the recording of its folder, or a log with a column of times."""
     name = format_of(file.parent)
-    if name in (None, UNKNOWN_FORMAT) or file not in FORMATS.named(name).input_files(file.parent):
+    if name not in (None, UNKNOWN_FORMAT) and file in FORMATS.named(name).input_files(file.parent):
+        return f"it is a file of the recording {file.parent}; pass the folder: {_of_folder(file.parent, name)}"
+    if file.suffix.lower() != ".txt":
         return None
-    return f"it is a file of the recording {file.parent}; pass the folder: {_of_folder(file.parent, name)}"
+    try:
+        time = find_columns(read_foreign_table(file, only_head=True).columns, (TIME,)).get(TIME)
+    except UsageError:
+        return None
+    return None if time is None else table_with_times(file, time.name)

@@ -204,11 +204,17 @@ def _refuse_incomplete(table: ForeignTable, sample: pl.DataFrame, layout: _Layou
         missing += [role for role in ("address", "level") if role not in found]
     if not missing:
         return
+    if not table.header_line:
+        raise DatasetError(
+            f"{table.path}: has no header; found {len(table.columns)} columns. Write a line with their names above the "
+            "values, such as x,y,floor,time,bssid,rssi. If it is a file of a recording, pass the folder of the recording"
+        )
+    wide = ', or access_points = ["AP*"] for a column for each access point' if "level" in missing else ""
     draft = columns_toml(_described([layout], ColumnNames())) + "".join(f'{role} = ""\n' for role in missing)
     instead = f"{table_with_times(table.path, found['time'].name)}. Otherwise: " if _is_recording(layout) else ""
     raise DatasetError(
-        f'{table.path}: {instead}{missing_column(table.columns, missing)}, or access_points = ["AP*"] for a column for '
-        f"each access point; then pass --columns columns.toml. Draft of the file:\n{draft}"
+        f"{table.path}: {instead}{missing_column(table.columns, missing)}{wide}; then pass --columns columns.toml. "
+        f"Draft of the file:\n{draft}"
     )
 
 
