@@ -32,7 +32,11 @@ def command_for(path: Path) -> str | None:
     if path.is_dir():
         return None if (name := format_of(recorded_folder(path))) in (None, UNKNOWN_FORMAT) else _of_folder(path, name)
     if is_archive(path):
-        return None if (name := _format_in_archive(path)) is None else _of_zip(given, name)
+        return (
+            None
+            if (name := _format_in_archive(path)) is None
+            else _of_walk(name, given, f"vislam2tag receive SURVEY {given}")
+        )
     return _of_file(path)
 
 
@@ -63,16 +67,13 @@ def _of_folder(folder: Path, name: str) -> str:
     if len(where) == 2 and _FLOOR.fullmatch(where[0].name):
         survey = shlex.quote(str(where[1]))
         return f"it is a session of a survey; make a data set from that: vislam2tag dataset {survey} --out OUT"
-    return (
-        f"it is a recording (format {name}), not a data set. With poses: copy it to SURVEY/floor_K/DEVICE/{folder.name}, or "
-        f"zip it and run vislam2tag receive SURVEY {shlex.quote(folder.name + '.zip')}. Without poses: "
-        f"vislam2tag attach WALK {given}"
-    )
+    place = f"copy it to SURVEY/floor_K/DEVICE/{folder.name}, or zip it and run "
+    return _of_walk(name, given, f"{place}vislam2tag receive SURVEY {shlex.quote(folder.name + '.zip')}")
 
 
-def _of_zip(given: str, name: str) -> str:
+def _of_walk(name: str, given: str, with_poses: str) -> str:
     return (
-        f"it is a recording (format {name}), not a data set. With poses: vislam2tag receive SURVEY {given}. Without poses: "
+        f"it is a recording (format {name}), not a data set. With poses: {with_poses}. Without poses: "
         f"vislam2tag attach WALK {given}"
     )
 

@@ -106,18 +106,17 @@ class ForeignTable:
             yield self.lines[first : first + size], part
 
     def _cells(self, first: int, texts: Sequence[str]) -> pl.DataFrame:
-        body = "\n".join(texts)
         if self._separator == _BLANKS:
-            body = re.sub(r"[ \t]+", _BLANKS, body)
+            texts = [_BLANKS.join(text.split()) for text in texts]
+        full = "x" + self._separator * (len(self._width) - 1)  # a short first row hides columns
+        content = "\n".join((full, *texts, "")).encode()
         schema = dict.fromkeys(self._width, pl.String())
         try:
-            cells = read_csv(body.encode(), separator=self._separator, has_header=False, schema=schema)
+            cells = read_csv(content, separator=self._separator, has_header=False, schema=schema)[1:]
         except pl.exceptions.PolarsError as error:
-            header = self._separator.join("x" * len(self._width))
-            if (
-                surplus := surplus_fields(f"{header}\n{body}", self._separator, int(self._numbers[first]) - 2)
-            ) is not None:
-                raise UsageError(f"{self.path}: {surplus}") from error
+            for number, text in zip(self._numbers[first:], texts, strict=False):
+                if surplus := surplus_fields(f"{full}\n{text}", self._separator, int(number) - 2):
+                    raise UsageError(f"{self.path}: {surplus}") from error
             raise UsageError(f"{self.path}: cannot be read as a table ({first_line(error)})") from error
         stripped = pl.col(pl.String).str.strip_chars().replace("", None)
         return cells.select(self.columns).with_columns(stripped)

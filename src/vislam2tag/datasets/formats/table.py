@@ -207,7 +207,7 @@ def _refuse_incomplete(table: ForeignTable, sample: pl.DataFrame, layout: _Layou
     if not table.header_line:
         raise DatasetError(
             f"{table.path}: has no header; found {len(table.columns)} columns. Write a line with their names above the "
-            "values, such as x,y,floor,time,bssid,rssi. If it is a file of a recording, pass the folder of the recording"
+            "values, such as x,y,floor,time,bssid,rssi. If it is a file of a recording, pass the recording's folder"
         )
     wide = ', or access_points = ["AP*"] for a column for each access point' if "level" in missing else ""
     draft = columns_toml(_described([layout], ColumnNames())) + "".join(f'{role} = ""\n' for role in missing)
