@@ -58,7 +58,8 @@ _TECHNOLOGIES = {
 }
 _PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
 _CELL = r"^([A-Za-z])[ _-]?(\d+)$"
-_FLOOR = re.compile(r"(?:floor|f|etage|og|level|l|stock|ebene)?[ _.-]*(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
+_STOREY = "floor|f|etage|og|level|l|stock|ebene"
+_FLOOR = re.compile(rf"(?:(?:{_STOREY})(?:-|[ _.]*))?(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
 _BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d*)|(\d+)\.? ?ug")
 _GROUND = frozenset({"eg", "g", "gf", "ground", "groundfloor", "ground floor", "erdgeschoss", "rez"})
 _TRAIN, _TEST = re.compile(r"trn|train", re.IGNORECASE), re.compile(r"tst|test|val", re.IGNORECASE)
