@@ -296,5 +296,5 @@ def test_tables_with_times_but_no_place_are_recordings(tmp_path: Path) -> None:
 def test_a_table_without_header(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text("1,2,-60\n3,4,-61\n")
-    with pytest.raises(DatasetError, match="has no header; found 3 columns. Write a line with their names above"):
+    with pytest.raises(DatasetError, match=r"has no header; found 3 columns\. Write a line with their names above"):
         import_format(path, tmp_path / "out")

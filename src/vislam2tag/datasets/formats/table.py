@@ -243,7 +243,7 @@ def _described(layouts: Sequence[_Layout], stated: ColumnNames) -> ColumnNames:
 
 def _pattern(points: Sequence[str], others: Collection[str]) -> str | tuple[str, ...] | None:
     """One pattern of all access points and no other column, else their names; None if there are none."""
-    for pattern in (*(f"{name.rstrip('0123456789')}*" for name in points[:1]), "??:??:??:??:??:??"):
+    for pattern in ("??:??:??:??:??:??", *(f"{name.rstrip('0123456789')}*" for name in points[:1])):
         fits = all(fnmatch.fnmatchcase(name, pattern) for name in points)
         if len(points) > 1 and pattern != "*" and fits and not any(_is_one_of(name, (pattern,)) for name in others):
             return pattern
