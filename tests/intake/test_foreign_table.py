@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import string
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import polars as pl
@@ -22,7 +23,7 @@ def read(folder: Path, content: str | bytes, name: str = "table.csv") -> Foreign
     return read_foreign_table(path)
 
 
-def cells(table: ForeignTable) -> list[tuple[str | None, ...]]:
+def cells(table: ForeignTable) -> list[tuple[object, ...]]:
     return table.rows.rows()
 
 
@@ -259,7 +260,7 @@ def test_what_pandas_writes_is_read_back(
     tmp_path: Path,
     numbers: list[tuple[float, int]],
     texts: st.DataObject,
-    dialect: dict[str, object],
+    dialect: dict[str, Any],
     preamble: str,
 ) -> None:
     names = texts.draw(st.lists(TEXTS, min_size=len(numbers), max_size=len(numbers)))
