@@ -183,8 +183,8 @@ def import_format_of(path: Path) -> ImportFormat:
         return formats[LAST]  # its message names the columns
     if not found and (path.suffix == ".mat" or (path.is_dir() and any(path.glob("*.mat")))):
         raise DatasetError(
-            f"{path}: MATLAB files are not read. Expected CSV files without a header: NAME_trnrss.csv and NAME_tstrss.csv "
-            "with the levels, NAME_trncrd.csv and NAME_tstcrd.csv with x, y, height, floor and building"
+            f"{path}: MATLAB files are not read. Expected CSV files without a header: NAME_trnrss.csv and "
+            "NAME_tstrss.csv with the levels, NAME_trncrd.csv and NAME_tstcrd.csv with x, y, height, floor and building"
         )
     said = f"the format may be {' or '.join(found)}" if found else f"not in a known format ({', '.join(formats)})"
     raise DatasetError(f"{path}: {said}; name the format with --format")
