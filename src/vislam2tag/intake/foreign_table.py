@@ -139,7 +139,7 @@ def read_foreign_table(path: Path, *, only_head: bool = False) -> ForeignTable:
         raise
     except (OSError, pl.exceptions.PolarsError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else first_line(error)
-        raise UsageError(f"{path}: cannot be read as CSV or Parquet ({why})") from error
+        raise UsageError(f"{path}: cannot be read as a table ({why})") from error
     if raw.startswith(b"PK"):
         raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
     if b"\0" in raw[:_FIRST_BYTES] and not raw.startswith(_UTF16):
