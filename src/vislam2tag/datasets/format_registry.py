@@ -12,7 +12,7 @@ from typing import Literal, TypeVar
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive
+from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
@@ -191,5 +191,4 @@ def import_format_of(path: Path) -> ImportFormat:
 
 
 def _has_tables(path: Path) -> bool:
-    files = [path] if path.is_file() else path.iterdir()
-    return any(file.suffix.lower() in _TABLES for file in files)
+    return any(name.suffix.lower() in _TABLES for name in names_in(path))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -190,9 +191,14 @@ def two_files(folder: Path) -> tuple[Path, str | None, pd.DataFrame]:
     return folder, None, pd.concat(parts)
 
 
+def archive(folder: Path) -> tuple[Path, str | None, pd.DataFrame]:
+    _, toml, read = two_files(folder)
+    return Path(shutil.make_archive(str(folder / "survey"), "zip", folder)), toml, read
+
+
 LAYOUTS: tuple[Layout, ...] = (
     *(ujiindoorloc, sodindoorloc, dungeon_assistant, tuji1, trn_tst, plain_wide, long_table, wigle, decimal_commas),
-    *(header_rows, xlsx, parquet, two_files),
+    *(header_rows, xlsx, parquet, two_files, archive),
 )
 Fingerprint = tuple[str | None, int, frozenset[tuple[str, float]]]
 

@@ -298,3 +298,12 @@ def test_a_table_without_header(tmp_path: Path) -> None:
     path.write_text("1,2,-60\n3,4,-61\n")
     with pytest.raises(DatasetError, match=r"has no header; found 3 columns\. Write a line with their names above"):
         import_format(path, tmp_path / "out")
+
+
+def test_addresses_in_other_notations_and_masked_ones(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("x,y,02-1A-00-00-00-01,021a.0000.0002,02:00:00:00:00:00\n1,2,-60,-70,-80\n3,4,-61,-71,-81\n")
+    found = import_format(path, tmp_path / "out")
+    assert found.access_points.collect()["bssid"].sort().to_list() == [A, B]
+    (masked,) = (each for each in found.info.findings if each.kind == "masked_addresses")
+    assert "columns of no address are skipped: 02:00:00:00:00:00. Possible cause" in masked.message

@@ -38,7 +38,7 @@ from vislam2tag.intake.columns import (
 )
 from vislam2tag.intake.foreign_table import SUFFIXES, ForeignTable, read_foreign_table
 from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale
-from vislam2tag.intake.readings import admitted, is_address, normal_addresses
+from vislam2tag.intake.readings import NO_ADDRESS, admitted, is_address, is_masked, normal_addresses
 from vislam2tag.intake.time_units import NS_OF, are_dates, unix_unit
 from vislam2tag.site.georeference import Georeference, from_wgs84
 
@@ -395,6 +395,10 @@ def _wide(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
     measured, about_levels = measured_levels(table.path, found, counts, 0, rules)
     message = "cells are empty; they count as not heard"
     odd += [*finding_if(empty, "empty_levels", message, table.path.name), *about_levels]
+    if masked := [name for name in points if is_masked(name)]:
+        text = f"columns of no address are skipped: {', '.join(masked)}. {NO_ADDRESS}"
+        odd += finding_if(len(masked), "masked_addresses", text, table.path.name, Severity.WARNING)
+        measured = measured.filter(~pl.col("bssid").cast(pl.String).is_in(masked))
     named = measured.with_columns(pl.col("row").cast(pl.Int64), normal_addresses(measured["bssid"].cast(pl.String)))
     return pl.concat(rows), named, odd
 
