@@ -44,6 +44,7 @@ MISSING: dict[str, list[Callable[[], object]]] = {
         lambda: registered(api.FloorFiles(tape="gone.csv")),
         lambda: registered(api.FloorFiles(clicks="gone.csv", targets="gone.csv")),
     ],
+    "ImportOptions": [lambda: api.import_format("scans.csv", "out", api.ImportOptions(columns="gone.toml"))],
     "NewFloor": [lambda: api.site_init("new", api.NewFloor(plan="gone.png", part=FloorPart(number=1)))],
     "PlanRequest": [
         lambda: api.plan("survey", "out", api.PlanSettings(), api.PlanRequest(forbidden="gone.csv")),

@@ -297,7 +297,7 @@ def _common(
         )
         made = made.with_columns(time_ns.alias("time_ns")).with_columns(date=date)
     if "technology" in found:
-        made = made.with_columns(pl.col("technology").str.to_lowercase().replace(_TECHNOLOGIES))
+        made = made.with_columns(pl.col("technology").str.to_lowercase().replace(old=_TECHNOLOGIES))
     if "split" in found:
         split = pl.col("split").str.to_lowercase()
         part = pl.when(split.str.contains("trn|train")).then(pl.lit(TRAIN)).when(split.str.contains("tst|test|val"))
