@@ -71,3 +71,10 @@ def test_a_folder_of_several_archives_is_told_what_to_do(tmp_path: Path) -> None
     said = r"contains 4 archives \(four.zip, one.zip, three.zip, ...\); pass one of them, or unpack those"
     with pytest.raises(DatasetError, match=said):
         registry.import_format_of(tmp_path)
+
+
+def test_matlab_files_are_refused_with_the_files_to_write(tmp_path: Path) -> None:
+    (tmp_path / "DSI1.mat").touch()
+    for path in (tmp_path, tmp_path / "DSI1.mat"):
+        with pytest.raises(DatasetError, match=r"MATLAB files are not read\. Expected CSV files.*NAME_trnrss\.csv"):
+            registry.import_format_of(path)

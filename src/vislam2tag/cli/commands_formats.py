@@ -105,7 +105,7 @@ def import_command(given: ImportArguments) -> None:
       comford        COMFORD: folder or archive with Samples.csv, RSSI.csv and
                      APs.csv
       dungeon-assistant
-                     the published dataset.csv, or its folder or archive
+                     dataset.csv of DungeonAssistant, or its folder or archive
       getsensordata  GetSensorData logs (IPIN competitions): a .txt log, or a
                      folder or archive of them; Wi-Fi and BLE between POSI marks,
                      in metres east and north of --origin
@@ -116,11 +116,11 @@ def import_command(given: ImportArguments) -> None:
                      SITE/FLOOR/path_data_files/*.txt, floor_info.json and
                      floor_image.png; Wi-Fi and BLE between waypoints
       parquet        plain Parquet tables from export (folder or archive)
-      table          a table of your own, wide or long (.csv, .parquet, .xlsx),
-                     or a folder of them; --columns names its columns
       sodindoorloc   SODIndoorLoc (Bi et al. 2022): folder or archive with
                      Training_CETC331.csv, Training_HCXY_AP_30.csv, ... and
                      the tests; with split
+      table          a table of your own, wide or long (.csv, .parquet, .xlsx),
+                     or a folder of them; --columns names its columns
       tampere        Tampere University's quartet (Lohan et al. 2017): folder or
                      archive with Training_rss_DATE.csv,
                      Training_coordinates_DATE.csv, Training_device_DATE.csv,

@@ -12,13 +12,14 @@ from typing import Literal, TypeVar
 
 from vislam2tag.common import plugins
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive
+from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import Privacy
+from vislam2tag.datasets.recordings import command_for
 from vislam2tag.intake.columns import ColumnNames
 from vislam2tag.intake.level_scales import LevelScale
 
@@ -151,6 +152,10 @@ LAST = "table"
 """The format that is recognised only if no other is."""
 
 
+_TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
+"""Files that can be nothing but tables."""
+
+
 def import_format_of(path: Path) -> ImportFormat:
     """Return the one format that recognises a file or folder.
 
@@ -161,7 +166,7 @@ def import_format_of(path: Path) -> ImportFormat:
     check_archive(path)
     formats = import_formats()
     found = [name for name, each in formats.items() if name != LAST and each.recognises(path)]
-    if not found and formats[LAST].recognises(path):
+    if not found and LAST in formats and formats[LAST].recognises(path):
         found = [LAST]
     if len(found) == 1:
         return formats[found[0]]
@@ -172,14 +177,18 @@ def import_format_of(path: Path) -> ImportFormat:
             f"{path}: the folder contains {len(archives)} archives ({names}); pass one of them, or unpack those that "
             "belong together into one folder and pass that"
         )
+    if not found and (instead := command_for(path)) is not None:
+        raise DatasetError(f"{path}: {instead}")
+    if not found and LAST in formats and _has_tables(path):
+        return formats[LAST]  # its message names the columns
+    if not found and (path.suffix == ".mat" or (path.is_dir() and any(path.glob("*.mat")))):
+        raise DatasetError(
+            f"{path}: MATLAB files are not read. Expected CSV files without a header: NAME_trnrss.csv and "
+            "NAME_tstrss.csv with the levels, NAME_trncrd.csv and NAME_tstcrd.csv with x, y, height, floor and building"
+        )
     said = f"the format may be {' or '.join(found)}" if found else f"not in a known format ({', '.join(formats)})"
-    raise DatasetError(f"{path}: {said}; {_instead(path) or 'name the format with --format'}")
+    raise DatasetError(f"{path}: {said}; name the format with --format")
 
 
-def _instead(path: Path) -> str:
-    """Explain a folder of this program that needs no import."""
-    if (path / "dataset.json").is_file():
-        return "it is already a data set of this program and needs no import"
-    if any(path.glob("floor_*/*/*/")):
-        return "it is a survey; `vislam2tag dataset` makes a data set from it"
-    return ""
+def _has_tables(path: Path) -> bool:
+    return any(name.suffix.lower() in _TABLES for name in names_in(path))

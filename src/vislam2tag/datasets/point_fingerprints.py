@@ -47,9 +47,12 @@ def point_dataset(info: DatasetInfo, points: PointFingerprints, names: pl.DataFr
     ``names`` is as in :func:`~vislam2tag.datasets.access_points.access_point_table`.
     """
     rows = _identified(points.rows)
-    heard = points.heard.join(rows.select("row", "scan_id", "order", "floor", "x", "y", "time_ns", "sigma"), on="row")
-    # Rows are sorted by transmitter within a scan, so that the bytes do not depend on the table's column order.
-    readings = in_schema(READINGS, heard.sort("order", "bssid").drop("row", "order"))
+    # Rows are sorted by transmitter within a scan, so that the bytes do not depend on the table's column order, and
+    # while they are narrow, because there may be millions.
+    heard = points.heard.join(rows.select("row", "order"), on="row").sort("order", "bssid").drop("order")
+    place = rows.select("row", "scan_id", "floor", "x", "y", "time_ns", "sigma")
+    readings = in_schema(READINGS, heard.join(place, on="row", maintain_order="left").drop("row"))
+    del heard
     fingerprints = in_schema(FINGERPRINTS, _fingerprints(rows, readings))
     tables = {
         FINGERPRINTS: fingerprints,

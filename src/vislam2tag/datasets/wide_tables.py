@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -181,7 +181,7 @@ def _read(
         odd.insert(0, Finding(kind="empty_levels", file=path.name, count=empty, message=message, lines=tuple(lines)))
     odd += [_rounded(path, name, example, first_row) for name, example in rounded.items()]
     numbered = numbered.with_columns(pl.lit(None, columns[name]).alias(name) for name in rounded)
-    return WideTable(numbered, measured, access_points, (*odd, *_unknown(path, unknown)))
+    return WideTable(numbered, measured, access_points, (*odd, *unknown_columns(path, unknown)))
 
 
 def _rounded(path: Path, name: str, example: str, rows: int) -> Finding:
@@ -320,6 +320,7 @@ def _wrong_width(path: Path, line: int, found: int, expected: int, names: str = 
     return DatasetError(f"{path}: line {line} has {found} values, expected {expected}{names}; correct the file")
 
 
-def _unknown(path: Path, names: list[str]) -> tuple[Finding, ...]:
+def unknown_columns(path: Path, names: Sequence[str]) -> tuple[Finding, ...]:
+    """Report the columns of a table that are not used."""
     shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
     return finding_if(len(names), "unknown_columns", f"unknown columns are skipped: {shown}", path.name)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 import polars as pl
+from pydantic import Field
 
 from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.toml_file import read_toml, toml_value
@@ -64,6 +65,9 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
         "qy": _TURN.format("y"),
         "qz": _TURN.format("z"),
         "qw": _TURN.format("w"),
+        "uuid": "beaconuuid proximityuuid ibeaconuuid",
+        "major": "beaconmajor",
+        "minor": "beaconminor",
     }.items()
 }
 """Names of each role in normal form (:func:`plain_name`); those that are looked for first come first."""
@@ -163,10 +167,22 @@ class ColumnNames(Record):
     qy: str | None = None
     qz: str | None = None
     qw: str | None = None
+    uuid: str | None = None
+    major: str | None = None
+    minor: str | None = None
+    """The identity of a BLE beacon, instead of its address."""
     access_points: tuple[str, ...] | str | None = None
     """Columns of levels, one for each access point: names, or patterns such as ``AP*``."""
     not_heard: float | None = None
     """The number that means "not heard"."""
+    levels: tuple[tuple[float, float], tuple[float, float]] | None = None
+    """Two numbers with their levels in dBm, if the table has another scale."""
+    cell: str | None = None
+    """Column of cells of a grid, such as ``O02``: x grows with the letter, y with the number, from 0."""
+    cell_m: float | None = Field(default=None, gt=0)
+    """Distance between neighbouring cells, metres."""
+    origin: tuple[float, float] | None = None
+    """Latitude and longitude at which x and y are 0, degrees."""
     length_unit: str | None = None
     """Unit of x, y and z, such as ``ft``; metres by default."""
     time_unit: Literal["s", "ms", "us", "ns"] | None = None
@@ -177,7 +193,7 @@ class ColumnNames(Record):
     @property
     def named(self) -> dict[str, str]:
         """The names of columns by role."""
-        return {role: name for role in KNOWN_NAMES if (name := getattr(self, role)) is not None}
+        return {role: name for role in (*KNOWN_NAMES, "cell") if (name := getattr(self, role)) is not None}
 
     @property
     def metres(self) -> float | None:

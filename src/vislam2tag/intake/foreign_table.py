@@ -5,21 +5,25 @@ Encoding, lines above the table, separator, header rows and a column of row numb
 
 from __future__ import annotations
 
+import codecs
 import csv
 import errno
 import io
 import re
+from array import array
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, overload
 
+import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import MissingExtraError, UsageError, first_line, import_extra
-from vislam2tag.common.files.given_files import read_bytes
-from vislam2tag.common.files.table_files import read_csv, read_parquet
+from vislam2tag.common.files.given_files import plain, read_bytes
+from vislam2tag.common.files.table_files import read_csv, read_parquet, scan_parquet
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.intake.cells import length_unit, surplus_fields
 from vislam2tag.intake.columns import is_known
 from vislam2tag.intake.readings import is_address
@@ -31,12 +35,13 @@ SUFFIXES = (".csv", ".tsv", ".txt", XLSX, *PARQUET)
 NOT_UTF8 = "is not UTF-8 and was read as Windows-1252; check names with special letters"
 Line: TypeAlias = tuple[int, tuple[str, ...]]
 """1-based line, or row of a sheet, and its fields, stripped."""
-ROWS_AT_ONCE = 2000
-"""Rows that are in memory as cells at once, if a large table is read in batches."""
+CELLS_AT_ONCE = 500_000
+"""Cells that are in memory at once, if a large table is read in batches."""
 _SEPARATORS = (";", "\t", "|", ",")
 _BLANKS = " "
 _LOOKED_AT = 50
 """Lines from which the form of a table is found."""
+_FIRST_BYTES = 4096
 _SEPARATOR_LINE = re.compile(r'"?sep=(.)"?')
 _NUMBER = re.compile(
     r"[+\-−]?(?:\d[\d '’]*(?:[.,]\d*)*|[.,]\d+)(?:[eE][+-]?\d+)?\s*(?:dBm?)?|nan|[+-]?inf", re.IGNORECASE
@@ -60,11 +65,11 @@ class ForeignTable:
     """1-based line of the last header row; 0 if the table has no header."""
     notes: tuple[str, ...]
     """What was assumed about its form: clauses."""
-    _numbers: Sequence[int] = field(repr=False)
+    _numbers: IntArray = field(repr=False)
+    """1-based lines (n,) of the rows."""
     _texts: Sequence[str] = field(repr=False)
-    """Lines below the header that are not blank: their 1-based numbers and texts."""
+    """All lines that are not blank; the last n are rows."""
     _separator: str = ","
-    _dropped: tuple[str, ...] = ()
     _width: tuple[str, ...] = ()
     """Names of all columns in the file."""
     _whole: pl.DataFrame | None = field(default=None, repr=False)
@@ -77,7 +82,7 @@ class ForeignTable:
     @property
     def lines(self) -> pl.Series:
         """1-based line of each row (n,), int64."""
-        return pl.Series("row", self._numbers, dtype=pl.Int64)
+        return pl.Series("row", self._numbers)
 
     @property
     def rows(self) -> pl.DataFrame:
@@ -87,43 +92,49 @@ class ForeignTable:
 
     def head(self, count: int = _LOOKED_AT) -> pl.DataFrame:
         """The first rows; raises as :attr:`rows`."""
-        return next((part for _, part in self.batches(count)), self.rows)
+        return next(iter(self.batches(count)))[1] if self.height else self.rows
 
-    def batches(self, size: int = ROWS_AT_ONCE) -> Iterator[tuple[pl.Series, pl.DataFrame]]:
-        """Yield the lines and cells of ``size`` rows at a time; raises as :attr:`rows`."""
+    def batches(self, size: int | None = None) -> Iterator[tuple[pl.Series, pl.DataFrame]]:
+        """Yield the lines and cells of ``size`` rows (by default as many as memory allows); raises as :attr:`rows`."""
+        size = size or max(1, CELLS_AT_ONCE // max(len(self.columns), 1))
+        above = len(self._texts) - self.height
         for first in range(0, self.height, size):
             if self._whole is not None:
                 part = self._whole[first : first + size]
             else:
-                part = self._cells(first, self._texts[first : first + size])
+                part = self._cells(first, self._texts[above + first : above + first + size])
             yield self.lines[first : first + size], part
 
     def _cells(self, first: int, texts: Sequence[str]) -> pl.DataFrame:
-        body = "\n".join(texts)
         if self._separator == _BLANKS:
-            body = re.sub(r"[ \t]+", _BLANKS, body)
+            texts = [_BLANKS.join(text.split()) for text in texts]
+        full = "x" + self._separator * (len(self._width) - 1)  # a short first row hides columns
+        content = "\n".join((full, *texts, "")).encode()
         schema = dict.fromkeys(self._width, pl.String())
         try:
-            cells = read_csv(body.encode(), separator=self._separator, has_header=False, schema=schema)
+            cells = read_csv(content, separator=self._separator, has_header=False, schema=schema)[1:]
         except pl.exceptions.PolarsError as error:
-            header = self._separator.join("x" * len(self._width))
-            if (surplus := surplus_fields(f"{header}\n{body}", self._separator, self._numbers[first] - 2)) is not None:
-                raise UsageError(f"{self.path}: {surplus}") from error
+            for number, text in zip(self._numbers[first:], texts, strict=False):
+                if surplus := surplus_fields(f"{full}\n{text}", self._separator, int(number) - 2):
+                    raise UsageError(f"{self.path}: {surplus}") from error
             raise UsageError(f"{self.path}: cannot be read as a table ({first_line(error)})") from error
         stripped = pl.col(pl.String).str.strip_chars().replace("", None)
         return cells.select(self.columns).with_columns(stripped)
 
 
-def read_foreign_table(path: Path) -> ForeignTable:
-    """Read a CSV, Parquet or XLSX file; raises UsageError if it cannot be read or is empty."""
+def read_foreign_table(path: Path, *, only_head: bool = False) -> ForeignTable:
+    """Read a CSV, Parquet or XLSX file; raises UsageError if it cannot be read or is empty.
+
+    ``only_head``: some rows are enough, to look at the columns.
+    """
     try:
         suffix = path.suffix.lower()
         if suffix in PARQUET:
-            return _of_frame(path, read_parquet(path))
+            return _of_frame(path, scan_parquet(path).head(_LOOKED_AT).collect() if only_head else read_parquet(path))
         if suffix == XLSX:
             lines, notes = sheet_lines(path)
             return _of_lines(path, [number for number, _ in lines], [_joined(row) for _, row in lines], notes, ",")
-        raw = read_bytes(path)
+        raw = _first_lines(path) if only_head else read_bytes(path)
     except MissingExtraError:
         raise
     except (OSError, pl.exceptions.PolarsError) as error:
@@ -133,15 +144,23 @@ def read_foreign_table(path: Path) -> ForeignTable:
         ) from error
     if raw.startswith(b"PK"):
         raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
-    if b"\0" in raw[:_FIRST_BYTES] and not raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+    if b"\0" in raw[:_FIRST_BYTES] and not raw.startswith(_UTF16):
         raise UsageError(f"{path}: is not text; expected a table as CSV, Parquet or XLSX")
-    text, other_line = decoded(raw)
+    raw, other_line = _utf8(raw)
     notes = [] if other_line is None else [f"line {other_line} {NOT_UTF8}"]
-    numbers, texts = _whole_lines(text)
+    numbers, texts = _whole_lines(raw)
     return _of_lines(path, numbers, texts, notes, None)
 
 
-_FIRST_BYTES = 4096
+_HEAD_BYTES = 1_000_000
+_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+
+
+def _first_lines(path: Path) -> bytes:
+    """The first whole lines of a file, at least one."""
+    with plain(path).open("rb") as file:
+        raw = file.read(_HEAD_BYTES)
+        return raw if len(raw) < _HEAD_BYTES else raw + file.readline()
 
 
 def table_of_frame(table: pl.DataFrame) -> ForeignTable:
@@ -157,7 +176,7 @@ def _of_frame(path: Path, table: pl.DataFrame) -> ForeignTable:
     ]
     kept = table.drop(numbered)
     return ForeignTable(
-        path, tuple(kept.columns), 1, tuple(_not_used(numbered)), range(2, table.height + 2), (), _whole=kept
+        path, tuple(kept.columns), 1, tuple(_not_used(numbered)), np.arange(2, table.height + 2), (), _whole=kept
     )
 
 
@@ -184,10 +203,9 @@ def _of_lines(
         tuple(name for name in unique if name not in dropped),
         numbers[form.first_row - 1] if form.has_header else 0,
         tuple(found),
-        numbers[form.first_row :],
-        texts[form.first_row :],
+        np.array(numbers[form.first_row :], dtype=np.int64),
+        texts,
         form.separator,
-        dropped,
         tuple(unique),
     )
 
@@ -350,23 +368,51 @@ def _are_row_numbers(cells: Sequence[object]) -> bool:
     return bool(texts) and all(re.fullmatch(r"\d+", text) and int(text) < _FIRST_TIME for text in texts)
 
 
-def _whole_lines(text: str) -> tuple[list[int], list[str]]:
+class _Lines(Sequence[str]):
+    """Parts of a text in UTF-8, decoded when they are used."""
+
+    def __init__(self, raw: bytes, ends: Sequence[int]) -> None:
+        """``ends`` (2k,): start and end of each part in turn."""
+        self._raw, self._ends = raw, ends
+
+    def __len__(self) -> int:
+        return len(self._ends) // 2
+
+    @overload
+    def __getitem__(self, place: int) -> str: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[str]: ...
+    def __getitem__(self, place: int | slice) -> str | list[str]:
+        if isinstance(place, slice):
+            return [self[each] for each in range(*place.indices(len(self)))]
+        return self._raw[self._ends[2 * place] : self._ends[2 * place + 1]].rstrip(b"\r").decode(errors="replace")
+
+
+def _whole_lines(raw: bytes) -> tuple[Sequence[int], Sequence[str]]:
     """1-based numbers and texts of the lines that are not blank; a quoted field may have several lines."""
-    numbers, texts = list[int](), list[str]()
-    open_quote = False
-    for number, line in enumerate(text.split("\n"), 1):
-        line = line.removesuffix("\r")
-        if open_quote and texts:
-            texts[-1] += "\n" + line
+    numbers, ends, open_quote = _line_ends(raw, quoted=b'"' in raw)
+    if open_quote:  # a lone quote is no field of several lines
+        numbers, ends, _ = _line_ends(raw, quoted=False)
+    return numbers, _Lines(raw, ends)
+
+
+def _line_ends(raw: bytes, *, quoted: bool) -> tuple[array[int], array[int], bool]:
+    """Numbers of the lines that are not blank, their starts and ends, and whether a quote is open at the end."""
+    numbers, ends = array("q"), array("q")
+    start, number, open_quote = 0, 1, False
+    while start < len(raw):
+        end = raw.find(b"\n", start)
+        end = len(raw) if end < 0 else end
+        line = raw[start:end]
+        if open_quote:
+            ends[-1] = end
         elif line.strip():
             numbers.append(number)
-            texts.append(line)
-        if line.count('"') % 2:
+            ends.extend((start, end))
+        if quoted and line.count(b'"') % 2:
             open_quote = not open_quote
-    if open_quote:  # a lone quote is no field of several lines
-        pairs = [(number, line.removesuffix("\r")) for number, line in enumerate(text.split("\n"), 1) if line.strip()]
-        return [number for number, _ in pairs], [line for _, line in pairs]
-    return numbers, texts
+        start, number = end + 1, number + 1
+    return numbers, ends, open_quote
 
 
 def _fields(line: str, separator: str) -> tuple[str, ...]:
@@ -387,12 +433,19 @@ def _joined(row: Sequence[str]) -> str:
 
 def decoded(raw: bytes) -> tuple[str, int | None]:
     """Text in UTF-8 or UTF-16 (by its byte order mark), else in Windows' code page, and the line that shows it."""
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16", errors="replace"), None
+    text, other_line = _utf8(raw)
+    return text.decode(errors="replace"), other_line
+
+
+def _utf8(raw: bytes) -> tuple[bytes, int | None]:
+    """The text in UTF-8 without a byte order mark, and the line that shows another encoding."""
+    if raw.startswith(_UTF16):
+        return raw.decode("utf-16", errors="replace").encode(), None
     try:
-        return raw.decode("utf-8-sig"), None
+        raw.decode()
     except UnicodeDecodeError as error:
-        return raw.decode("cp1252", errors="replace"), raw[: error.start].count(b"\n") + 1
+        return raw.decode("cp1252", errors="replace").encode(), raw[: error.start].count(b"\n") + 1
+    return raw.removeprefix(codecs.BOM_UTF8), None
 
 
 def sheet_lines(path: Path) -> tuple[list[Line], list[str]]:

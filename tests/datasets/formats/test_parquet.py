@@ -53,7 +53,7 @@ def test_each_column_is_explained(tmp_path: Path) -> None:
 def test_a_data_set_itself_is_no_export(tmp_path: Path) -> None:
     write_dataset(small_dataset(), tmp_path / "set")
     (tmp_path / "set" / "columns.csv").touch()
-    with pytest.raises(DatasetError, match="not in a known format"):
+    with pytest.raises(DatasetError, match="is already a data set of this program"):
         import_format_of(tmp_path / "set")
 
 

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from vislam2tag import api
-from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.pipeline.datasets.import_export import COLUMNS_FILE, ImportOptions, import_format
 
 A, B = "02:1a:00:00:00:01", "02:1a:00:00:00:02"
@@ -114,3 +114,196 @@ def test_rows_of_one_scan_id_are_one_fingerprint_and_two_header_rows_one_header(
     counts = found.fingerprints.select("readings").collect()["readings"]
     assert sorted(counts) == sorted(frame.groupby("scan_id").size())
     assert heard(found) == sorted(frame[["x", "y", "floor", "mac", "rssi"]].itertuples(index=False, name=None))
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        *(("3", 3), ("3.0", 3), ("-1", -1), ("-2.0", -2), ("F2", 2), ("Floor -1", -1), ("floor_3", 3), ("L-2", 2)),
+        *(
+            ("EG", 0),
+            ("Ground floor", 0),
+            ("2. OG", 2),
+            ("OG2", 2),
+            ("UG", -1),
+            ("2. UG", -2),
+            ("B1", -1),
+            ("roof", None),
+        ),
+    ],
+)
+def test_floors(tmp_path: Path, text: str, number: int | None) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"x,y,floor,AP1,AP2\n1,2,{text},-60,-70\n3,4,5,-61,-71\n")
+    found = import_format(path, tmp_path / "out")
+    floors = dict(found.fingerprints.select("readings", "floor").collect().rows())
+    assert sorted(found.fingerprints.collect()["floor"].to_list(), key=str) == sorted([number, 5], key=str), floors
+    assert ("unknown_floor" in {each.kind for each in found.info.findings}) == (number is None)
+
+
+@pytest.mark.parametrize(
+    ("text", "zone", "moment"),
+    [
+        ("1700000000", None, "2023-11-14T22:13:20Z"),
+        ("1700000000123", None, "2023-11-14T22:13:20.123Z"),
+        ("2023-07-01 12:00:00", None, "2023-07-01T12:00:00Z"),
+        ("2023-07-01 12:00:00", "Europe/Berlin", "2023-07-01T10:00:00Z"),
+        ("2023-07-01T12:00:00.5+02:00", None, "2023-07-01T10:00:00.5Z"),
+        ("2023-07-01T12:00:00Z", "Europe/Berlin", "2023-07-01T12:00:00Z"),
+        ("01.07.2023 12:00", None, "2023-07-01T12:00:00Z"),
+        ("07/31/2023 12:00:01 PM", None, "2023-07-31T12:00:01Z"),
+        ("2023/07/31", None, "2023-07-31T00:00:00Z"),
+    ],
+)
+def test_times(tmp_path: Path, text: str, zone: str | None, moment: str) -> None:
+    path, columns = tmp_path / "t.csv", tmp_path / "columns.toml"
+    path.write_text(f"x,y,time,AP1,AP2\n1,2,{text},-60,-70\n3,4,{text},-61,-71\n")
+    columns.write_text("" if zone is None else f'zone = "{zone}"\n')
+    found = import_format(path, tmp_path / "out", ImportOptions(columns=columns))
+    assert found.fingerprints.collect()["start_ns"].to_list() == [pd.Timestamp(moment).value] * 2
+    assumed = [each for each in found.info.findings if each.kind == "assumed_zone"]
+    assert len(assumed) == (zone is None and text[0] != "1" and text[-1] != "Z" and "+" not in text)
+    assert all(each.severity == "info" and 'write zone = "Europe/Berlin"' in each.message for each in assumed)
+    again = import_format(path, tmp_path / "again", ImportOptions(columns=tmp_path / "out" / COLUMNS_FILE))
+    assert again.fingerprints.collect().equals(found.fingerprints.collect())
+
+
+def test_times_that_cannot_be_read_and_unknown_zones(tmp_path: Path) -> None:
+    path, columns = tmp_path / "t.csv", tmp_path / "columns.toml"
+    path.write_text("x,y,time,AP1,AP2\n1,2,noon,-60,-70\n3,4,2023-07-01,-61,-71\n")
+    found = import_format(path, tmp_path / "out")
+    (unread,) = (each for each in found.info.findings if each.kind == "unreadable_dates")
+    assert (unread.count, "times such as noon are not used" in unread.message) == (1, True)
+    columns.write_text('zone = "Nowhere"\n')
+    with pytest.raises(UsageError, match="zone = 'Nowhere' is unknown; expected a zone such as Europe/Berlin"):
+        import_format(path, tmp_path / "wrong", ImportOptions(columns=columns))
+
+
+UUID = "FDA50693-A4E2-4FB1-AFCF-C6EB07647825"
+
+
+def test_long_table_of_ble_beacons(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"x,y,uuid,major,minor,rssi\n1,2,{UUID},1,2,-60\n1,2,{UUID},1,3,-61\n")
+    found = import_format(path, tmp_path / "out")
+    assert found.fingerprints.collect()["technology"].to_list() == ["ble"]
+    assert found.readings.collect()["bssid"].to_list() == [f"{UUID.lower()}-1-2", f"{UUID.lower()}-1-3"]
+
+
+def test_wide_table_of_wifi_and_ble(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"x,y,{A},{B},beacon1\n1,2,-60,,-80\n3,4,-61,-71,\n5,6,,,\n7,8,,,-81\n")
+    found = import_format(path, tmp_path / "out")
+    rows = found.fingerprints.select("technology", "x", "readings").sort("technology", "x").collect().rows()
+    assert rows == [("ble", 1.0, 1), ("ble", 7.0, 1), ("wifi", 1.0, 1), ("wifi", 3.0, 2), ("wifi", 5.0, 0)]
+    assert {group.technology for group in found.info.groupings} == {"wifi", "ble"}
+
+
+def test_long_table_with_a_column_of_technologies(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"x,y,bssid,rssi,type\n1,2,{A},-60,WLAN\n1,2,{B},-61,Bluetooth\n")
+    found = import_format(path, tmp_path / "out")
+    assert sorted(found.fingerprints.collect()["technology"].to_list()) == ["ble", "wifi"]
+
+
+def test_cells_of_a_grid_need_their_size(tmp_path: Path) -> None:
+    path, columns = tmp_path / "iBeacon_RSSI_Labeled.csv", tmp_path / "columns.toml"
+    rows = ["O02,10-18-2016 11:15:21,-200,-60,-200", "P01,10-18-2016 11:15:19,-78,-200,-200"]
+    rows += ["P02,10-18-2016 11:15:17,-200,-77,-75", "?,10-18-2016 11:15:17,-200,-70,-71"]
+    path.write_text("location,date,b3001,b3002,b3003\n" + "\n".join(rows) + "\n")
+    said = (
+        r'location contains cells of a grid such as O02, whose size in metres is unknown.*cell = "location" and cell_m'
+    )
+    path.write_text(path.read_text().replace("?", "P03"))
+    with pytest.raises(DatasetError, match=said):
+        import_format(path, tmp_path / "out")
+    columns.write_text('cell = "location"\n')
+    with pytest.raises(DatasetError, match=said):
+        import_format(path, tmp_path / "out", ImportOptions(columns=columns))
+    columns.write_text('cell = "location"\ncell_m = 2.5\nnot_heard = -200.0\n')
+    path.write_text(path.read_text().replace("P03", "?"))
+    found = import_format(path, tmp_path / "out", ImportOptions(columns=columns))
+    table = found.fingerprints.select("technology", "x", "y").sort("x", "y", nulls_last=True).collect()
+    places = [(letter * 2.5, number * 2.5) for letter, number in ((14, 2), (15, 1), (15, 2))]
+    assert table.rows() == [*(("ble", *place) for place in places), ("ble", None, None)]
+    assert found.readings.collect().height == 6
+    (unread,) = (each for each in found.info.findings if each.kind == "unreadable_cells")
+    assert unread.lines == (5,)
+
+
+def test_columns_that_are_not_used_are_named_once(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("x,y,room,note,AP1,AP2\n1,2,a,b,-60,-70\n")
+    found = import_format(path, tmp_path / "out")
+    (unused,) = (each for each in found.info.findings if each.kind == "unknown_columns")
+    assert unused.message == "unknown columns are skipped: room, note"
+
+
+def test_columns_file_repeats_options(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("lat,lon,AP1,AP2\n50.001,6.0,0,90\n50.0,6.001,50,-1\n")
+    scale = api.LevelScale((0, -100), (100, -50))
+    options = ImportOptions(format_name="table", origin=(50.0, 6.0), not_heard=-1, levels=scale)
+    found = import_format(path, tmp_path / "out", options)
+    assert sorted(found.readings.collect()["rssi_dbm"]) == [-100.0, -75.0, -55.0]
+    text = (tmp_path / "out" / COLUMNS_FILE).read_text()
+    assert text.splitlines() == [
+        'latitude = "lat"',
+        'longitude = "lon"',
+        'access_points = "AP*"',
+        "not_heard = -1.0",
+        "levels = [[0.0, -100.0], [100.0, -50.0]]",
+        "origin = [50.0, 6.0]",
+    ]
+    again = import_format(path, tmp_path / "again", ImportOptions(columns=tmp_path / "out" / COLUMNS_FILE))
+    for table in ("fingerprints", "readings"):
+        assert again.tables[table].collect().equals(found.tables[table].collect())
+
+
+@pytest.mark.parametrize(
+    ("header", "written"),
+    [
+        ("x,y,WAP001,WAP002", '"WAP*"'),
+        (f"x,y,{A},{B}", '"??:??:??:??:??:??"'),
+        ("x,y,1,2", '["1", "2"]'),
+        ("x,y,building,b1,b2", '["b1", "b2"]'),
+        ("x,y,AP1,MAC2", '["AP1", "MAC2"]'),
+    ],
+)
+def test_access_points_are_written_as_a_pattern_if_one_fits(tmp_path: Path, header: str, written: str) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(
+        f"{header}\n" + "".join(f"{','.join(['3'] * (header.count(',') - 1))},-6{n},-7{n}\n" for n in (1, 2))
+    )
+    found = import_format(path, tmp_path / "out")
+    assert f"access_points = {written}\n" in (tmp_path / "out" / COLUMNS_FILE).read_text()
+    again = import_format(path, tmp_path / "again", ImportOptions(columns=tmp_path / "out" / COLUMNS_FILE))
+    assert heard(again) == heard(found)
+
+
+def test_tables_with_times_but_no_place_are_recordings(tmp_path: Path) -> None:
+    path = tmp_path / "wifi.csv"
+    path.write_text(f"time,bssid,rssi\n2023-07-01 12:00:00,{A},-60\n2023-07-01 12:00:01,{B},-61\n")
+    own = tmp_path / "log.csv"
+    path.rename(own)
+    with pytest.raises(DatasetError) as caught:
+        import_format(own, tmp_path / "out")
+    assert f"vislam2tag label {own} --labels LABELS" in str(caught.value)
+    assert f"vislam2tag attach WALK {own}" in str(caught.value)
+    assert "found the columns time, bssid, rssi; expected for x one of x" in str(caught.value)
+
+
+def test_a_table_without_header(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("1,2,-60\n3,4,-61\n")
+    with pytest.raises(DatasetError, match=r"has no header; found 3 columns\. Write a line with their names above"):
+        import_format(path, tmp_path / "out")
+
+
+def test_addresses_in_other_notations_and_masked_ones(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("x,y,02-1A-00-00-00-01,021a.0000.0002,02:00:00:00:00:00\n1,2,-60,-70,-80\n3,4,-61,-71,-81\n")
+    found = import_format(path, tmp_path / "out")
+    assert found.access_points.collect()["bssid"].sort().to_list() == [A, B]
+    (masked,) = (each for each in found.info.findings if each.kind == "masked_addresses")
+    assert "columns of no address are skipped: 02:00:00:00:00:00. Possible cause" in masked.message

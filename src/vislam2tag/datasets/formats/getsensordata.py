@@ -94,7 +94,10 @@ def _centre(path: Path, taps: Sequence[LoggedTaps]) -> Georeference:
     """The tap nearest to the median of all; raises DatasetError without taps."""
     position = np.concatenate([each.position for each in taps])
     if not len(position):
-        raise DatasetError(f"{path}: no log has a POSI row with a place, so nothing can be labelled")
+        raise DatasetError(
+            f"{path}: no log has a POSI row with a place, so nothing can be labelled. If you also recorded a walk with "
+            "poses, attach the log to it: vislam2tag attach WALK LOG"
+        )
     off = np.linalg.norm(position - np.median(position, axis=0), axis=1)
     longitude, latitude = position[np.argmin(off)].tolist()
     return Georeference(latitude_deg=latitude, longitude_deg=longitude)

@@ -235,7 +235,7 @@ SODINDOORLOC = FingerprintTables(
     access_points_of="owner",
     needed=_SOD_PLACE,
     fields={
-        "building": pl.col("BuildingID").replace(_SOD_BUILDINGS),
+        "building": pl.col("BuildingID").replace(old=_SOD_BUILDINGS),
         "floor": pl.col("FloorID").cast(pl.Int32),
         "x": pl.col("ECoord"),
         "y": pl.col("NCoord"),
@@ -294,7 +294,7 @@ TUJI1 = FingerprintTables(
     fields={
         **{name: pl.col(name) for name in "xy"},
         "floor": pl.col("floor").cast(pl.Int32),
-        "device": pl.col("phone").cast(pl.Int32).cast(pl.String).replace(_TUJI_PHONES),
+        "device": pl.col("phone").cast(pl.Int32).cast(pl.String).replace(old=_TUJI_PHONES),
         "session": pl.col(FILE),
         "part": pl.col(WALK).replace_strict({"training": TRAIN, "testing": TEST}),
     },

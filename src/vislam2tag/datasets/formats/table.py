@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import fnmatch
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 import numpy as np
 import polars as pl
@@ -23,8 +24,10 @@ from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import LEVEL_OPTIONS, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.datasets.wide_tables import LevelRules, measured_levels
-from vislam2tag.intake.cells import with_numbers
+from vislam2tag.datasets.recordings import table_with_times
+from vislam2tag.datasets.technologies import BLE, WIFI
+from vislam2tag.datasets.wide_tables import LevelRules, measured_levels, unknown_columns
+from vislam2tag.intake.cells import unreadable_cells, with_numbers
 from vislam2tag.intake.columns import (
     Column,
     ColumnNames,
@@ -34,22 +37,38 @@ from vislam2tag.intake.columns import (
     shown,
 )
 from vislam2tag.intake.foreign_table import SUFFIXES, ForeignTable, read_foreign_table
-from vislam2tag.intake.level_scales import NOT_HEARD
-from vislam2tag.intake.readings import admitted, is_address, normal_addresses
+from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale
+from vislam2tag.intake.readings import NO_ADDRESS, admitted, is_address, is_masked, normal_addresses
 from vislam2tag.intake.time_units import NS_OF, are_dates, unix_unit
 from vislam2tag.site.georeference import Georeference, from_wgs84
 
 FORMAT = "table"
 ROLES = (
     *("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "address", "level", "ssid", "frequency"),
-    *("technology", "scan", "device", "user", "session", "split"),
+    *("technology", "scan", "device", "user", "session", "split", "uuid", "major", "minor"),
 )
-_NUMBERED = re.compile(r"(?:w?ap|mac|bssid|rssi?|beacon|b|wifi|ble|router|node)?[ _-]?\d+", re.IGNORECASE)
-_UUID = re.compile(r"[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}(?:[-_]\d+[-_]\d+)?", re.IGNORECASE)
-_FLOOR = re.compile(r"(?:floor|f|etage|og|level|l|stock|ebene)?[ _.-]*(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
+_BEACON = ("uuid", "major", "minor")
+_NUMBERED = re.compile(r"(?:w?ap|mac|bssid|rssi?|i?beacon|b|wifi|ble|router|node)?[ _-]?\d+", re.IGNORECASE)
+_UUID = r"[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}(?:[-_]\d+[-_]\d+)?"
+_OF_BLE = re.compile(rf"{_UUID}|(?:i?beacon|ble|b)[ _-]?\d+", re.IGNORECASE)
+"""Names of BLE beacons."""
+_TECHNOLOGIES = {
+    **dict.fromkeys(("wifi", "wi-fi", "wlan", "w"), WIFI),
+    **dict.fromkeys(("ble", "bluetooth", "bluetooth le", "ibeacon", "beacon", "bt", "b"), BLE),
+}
+_PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
+_CELL = r"^([A-Za-z])[ _-]?(\d+)$"
+_STOREY = "floor|f|etage|og|level|l|stock|ebene"
+_FLOOR = re.compile(rf"(?:(?:{_STOREY})(?:-|[ _.]*))?(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
 _BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d*)|(\d+)\.? ?ug")
 _GROUND = frozenset({"eg", "g", "gf", "ground", "groundfloor", "ground floor", "erdgeschoss", "rez"})
 _TRAIN, _TEST = re.compile(r"trn|train", re.IGNORECASE), re.compile(r"tst|test|val", re.IGNORECASE)
+_DATES = tuple(
+    f"{day} {time}".strip()
+    for day in ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y")
+    for time in ("%H:%M:%S%.f", "%H:%M", "%I:%M:%S %p", "")
+)
+"""Forms of dates, those that are preferred first."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +76,12 @@ class _Layout:
     found: Mapping[str, Column]
     access_points: tuple[str, ...]
     """Columns of a wide table; empty if the table is long."""
+    unused: tuple[str, ...] = ()
+
+    @property
+    def has_degrees(self) -> bool:
+        """Whether places are latitude and longitude."""
+        return not {"x", "y"} <= self.found.keys() and "cell" not in self.found
 
 
 def recognises(path: Path) -> bool:
@@ -65,7 +90,7 @@ def recognises(path: Path) -> bool:
         files = [path] if path.is_file() else sorted(path.iterdir())
         tables = [file for file in files if file.suffix.lower() in SUFFIXES and file.is_file()]
         for file in tables:
-            _layout(read_foreign_table(file), ColumnNames())
+            _layout(read_foreign_table(file, only_head=True), ColumnNames())
     except (OSError, UsageError, DatasetError):
         return False
     return bool(tables)
@@ -76,40 +101,55 @@ def read(path: Path, context: ImportContext) -> Dataset:
 
     Raises DatasetError with the columns found and those expected if a place or levels are not found.
     """
-    names = context.columns or ColumnNames()
+    names = _stated(context)
     files = [path] if path.suffix.lower() in SUFFIXES and path.is_file() else _files(path, context)
-    rows, heard, findings, first = [], [], list[Finding](), 0
-    layout: _Layout | None = None
+    rows, heard, findings, layouts, first = [], [], list[Finding](), list[_Layout](), 0
     for file in files:
         table = read_foreign_table(file)
-        before, layout = layout, _layout(table, names)
-        if before is not None and before.found.keys() != layout.found.keys():
+        layout = _layout(table, names)
+        if layouts and layouts[0].found.keys() != layout.found.keys():
             raise DatasetError(
                 f"{file}: has other columns than {files[0].name} (found {', '.join(layout.found)}; expected "
-                f"{', '.join(before.found)}); import the files one by one, or name their columns with --columns"
+                f"{', '.join(layouts[0].found)}); import the files one by one, or name their columns with --columns"
             )
-        own_rows, own_heard, odd = (_wide if layout.access_points else _long)(table, layout, names, context)
+        layouts.append(layout)
+        own_rows, own_heard, odd = (_wide if layout.access_points else _long)(table, layout, names)
         part = TRAIN if _TRAIN.search(file.stem) else TEST if _TEST.search(file.stem) else None
         placed = own_rows if "part" in own_rows.columns else own_rows.with_columns(part=pl.lit(part, pl.String))
         rows.append(placed.with_columns(pl.col("row") + first, file=pl.lit(file.stem)))
         heard.append(own_heard.with_columns(pl.col("row") + first))
-        findings += odd
+        findings += [_assumed(table, layout), *odd, *unknown_columns(file, layout.unused)]
         first += own_rows.select(pl.col("row").max().fill_null(0)).item() + 1
         context.progress(file.name, len(files))
-    assert layout is not None
-    whole, settings = _located(path, pl.concat(rows), layout, context)
+    whole, origin = _located(path, pl.concat(rows), layouts[0], names)
     if "session" not in whole.columns:
         whole = whole.with_columns(session=pl.col("file"))
     if whole["part"].n_unique() < 2:
         whole = whole.with_columns(part=pl.lit(None, pl.String))
-    content = SetContent(
-        PointFingerprints(whole.drop("file"), pl.concat(heard)), {file.name: sha256_of(file) for file in files}, ()
-    )
-    content = replace(content, findings=(_assumed(path, layout), *findings))
+    points = PointFingerprints(*_with_technology(whole.drop("file"), pl.concat(heard)))
+    del rows, heard  # a large table is in memory once
+    content = SetContent(points, {file.name: sha256_of(file) for file in files}, tuple(findings))
     dataset = SetDescription(FORMAT).dataset(path, content)
     (source,) = dataset.info.sources
+    used = _described(layouts, names.model_copy(update={"origin": origin}))
+    settings = {"columns": used.model_dump(exclude_none=True, mode="json")}
     sources = (source.model_copy(update={"settings": settings}),)
     return replace(dataset, info=dataset.info.model_copy(update={"sources": sources}))
+
+
+def _stated(context: ImportContext) -> ColumnNames:
+    """What the user says, by options and ``columns.toml``; options count first."""
+    names = context.columns or ColumnNames()
+    scale = None if context.levels is None else (context.levels.first, context.levels.second)
+    given = {"not_heard": context.not_heard, "origin": context.origin, "levels": scale}
+    if names.zone is not None:
+        try:
+            ZoneInfo(names.zone)
+        except (ZoneInfoNotFoundError, ValueError, OSError) as error:
+            raise UsageError(
+                f"columns.toml: zone = {names.zone!r} is unknown; expected a zone such as Europe/Berlin"
+            ) from error
+    return names.model_copy(update={key: value for key, value in given.items() if value is not None})
 
 
 def _files(path: Path, context: ImportContext) -> list[Path]:
@@ -125,82 +165,153 @@ def _layout(table: ForeignTable, names: ColumnNames) -> _Layout:
     columns, sample = table.columns, table.head()
     given = names.access_points
     patterns = () if given is None else (given,) if isinstance(given, str) else given
-    wide = [name for name in columns if any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)]
+    said = set(names.named.values())
+    wide = [name for name in columns if name not in said and _is_one_of(name, patterns)]
     if patterns and not wide:
         raise DatasetError(f"{table.path}: no column is {' or '.join(patterns)}; found the columns {shown(columns)}")
-    said = set(names.named.values())
-    free = [name for name in columns if name not in wide]
     if not patterns:
-        wide = [name for name in free if name not in said and (is_address(name) or _UUID.fullmatch(name))]
-        wide += [name for name in free if name not in said and name not in wide and _NUMBERED.fullmatch(name)]
-        free = [name for name in free if name not in wide]
+        own = [name for name in columns if name not in said]
+        wide = [name for name in own if is_address(name) or re.fullmatch(_UUID, name, re.IGNORECASE)]
+        wide += [name for name in own if name not in wide and _NUMBERED.fullmatch(name)]
+    free = [name for name in columns if name not in set(wide)]
+    roles = ROLES if names.cell is None else (*ROLES, "cell")
     try:
-        found = find_columns(free, ROLES, names.named, sample.select(free))
+        found = find_columns(free, roles, names.named, sample.select(free))
     except UsageError as error:
         raise DatasetError(f"{table.path}: {error}") from error
-    is_long = not patterns and {"address", "level"} <= found.keys()
-    layout = _Layout(found, () if is_long else tuple(wide))
-    missing = [] if {"latitude", "longitude"} <= found.keys() else [axis for axis in "xy" if axis not in found]
-    if not is_long and not wide:
-        missing += [role for role in ("address", "level") if role not in found]
-    if missing:
-        draft = columns_toml(_described(layout)) + "".join(f'{role} = ""\n' for role in missing)
-        raise DatasetError(
-            f'{table.path}: {missing_column(columns, missing)}, or access_points = ["AP*"] for a column for each '
-            f"access point; then pass --columns columns.toml. Draft of the file:\n{draft}"
-        )
+    is_long = not patterns and "level" in found and ("address" in found or found.keys() >= set(_BEACON))
+    points = () if is_long else tuple(name for name in columns if name in set(wide))
+    used = {*points, *(column.name for column in found.values())}
+    layout = _Layout(found, points, tuple(name for name in columns if name not in used))
+    if "cell" in found and names.cell_m is None:
+        raise DatasetError(f"{table.path}: {_cell_size(found['cell'].name)}")
+    _refuse_incomplete(table, sample, layout, is_long=is_long)
     return layout
 
 
-def _described(layout: _Layout) -> ColumnNames:
-    named = {role: column.name for role, column in layout.found.items()}
-    return ColumnNames.model_validate({**named, "access_points": layout.access_points or None})
+def _is_one_of(name: str, patterns: Iterable[str]) -> bool:
+    return any(name == pattern or fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 
-def _assumed(path: Path, layout: _Layout) -> Finding:
+def _refuse_incomplete(table: ForeignTable, sample: pl.DataFrame, layout: _Layout, *, is_long: bool) -> None:
+    found = layout.found
+    placed = "cell" in found or {"latitude", "longitude"} <= found.keys()
+    missing = [] if placed else [axis for axis in "xy" if axis not in found]
+    if missing == ["x", "y"]:
+        for name, cells in sample.select(layout.unused).select(pl.col(pl.String)).to_dict().items():
+            if cells.count() and cells.str.contains(_CELL).all():
+                raise DatasetError(f"{table.path}: {_cell_size(name)}")
+    if not is_long and not layout.access_points:
+        missing += [role for role in ("address", "level") if role not in found]
+    if not missing:
+        return
+    if not table.header_line:
+        raise DatasetError(
+            f"{table.path}: has no header; found {len(table.columns)} columns. Write a line with their names above the "
+            "values, such as x,y,floor,time,bssid,rssi. If it is a file of a recording, pass the recording's folder"
+        )
+    wide = ', or access_points = ["AP*"] for a column for each access point' if "level" in missing else ""
+    draft = columns_toml(_described([layout], ColumnNames())) + "".join(f'{role} = ""\n' for role in missing)
+    instead = f"{table_with_times(table.path, found['time'].name)}. Otherwise: " if _is_recording(layout) else ""
+    raise DatasetError(
+        f"{table.path}: {instead}{missing_column(table.columns, missing)}{wide}; then pass --columns columns.toml. "
+        f"Draft of the file:\n{draft}"
+    )
+
+
+def _is_recording(layout: _Layout) -> bool:
+    """Whether a table has times, but neither a place nor columns of access points."""
+    placed = {"x", "y"} <= layout.found.keys() and "level" in layout.found
+    return "time" in layout.found and not placed and not layout.access_points
+
+
+def _cell_size(column: str) -> str:
+    return (
+        f"the column {column} contains cells of a grid such as O02, whose size in metres is unknown. Write to "
+        f'columns.toml: cell = "{column}" and cell_m = 3.0, with the true distance between neighbouring cells; then '
+        "pass --columns columns.toml"
+    )
+
+
+def _described(layouts: Sequence[_Layout], stated: ColumnNames) -> ColumnNames:
+    """What repeats the import of tables."""
+    named = {role: column.name for role, column in layouts[0].found.items()}
+    points = list(dict.fromkeys(name for layout in layouts for name in layout.access_points))
+    others = {*named.values(), *(name for layout in layouts for name in layout.unused)}
+    return stated.model_copy(update={**named, "access_points": _pattern(points, others)})
+
+
+def _pattern(points: Sequence[str], others: Collection[str]) -> str | tuple[str, ...] | None:
+    """One pattern of all access points and no other column, else their names; None if there are none."""
+    for pattern in ("??:??:??:??:??:??", *(f"{name.rstrip('0123456789')}*" for name in points[:1])):
+        fits = all(fnmatch.fnmatchcase(name, pattern) for name in points)
+        if len(points) > 1 and pattern != "*" and fits and not any(_is_one_of(name, (pattern,)) for name in others):
+            return pattern
+    return tuple(points) or None
+
+
+def _assumed(table: ForeignTable, layout: _Layout) -> Finding:
     read = [f"{column.name} as {role}" for role, column in layout.found.items()]
     if "floor" not in layout.found:
         read.append("no column as floor, so that all fingerprints are on floor 0")
     if layout.access_points:
         read.append(f"{len(layout.access_points)} columns such as {layout.access_points[0]} as access points")
-    message = f"columns were read by their names: {', '.join(read)}. Correct them with --columns if this is wrong"
+    form = "".join(f"; {note}" for note in table.notes)
+    message = f"columns were read as follows: {', '.join(read)}{form}. Correct them with --columns if this is wrong"
     severity = Severity.INFO
-    return Finding(kind="assumed_columns", file=path.name, count=len(read), message=message, severity=severity)
+    return Finding(kind="assumed_columns", file=table.path.name, count=len(read), message=message, severity=severity)
 
 
 def _common(
     table: ForeignTable, lines: pl.Series, rows: pl.DataFrame, layout: _Layout, names: ColumnNames
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """The columns of fingerprints other than levels, with numbers in metres."""
-    found = layout.found
+    found, file = layout.found, table.path.name
     plain = rows.select(pl.col(column.name).cast(pl.String).alias(role) for role, column in found.items())
     numbers = [role for role in ("x", "y", "z", "latitude", "longitude") if role in found]
-    made, odd = with_numbers(plain.insert_column(0, lines), numbers, table.path.name)
+    made, odd = with_numbers(plain.insert_column(0, lines), numbers, file)
     metres = {axis: names.metres or found[axis].metres or 1.0 for axis in numbers if axis in "xyz"}
     made = made.with_columns(pl.col(axis) * factor for axis, factor in metres.items())
     made = made.with_columns(pl.col(axis).fill_nan(None) for axis in numbers)
+    if "cell" in found:
+        made, unread = _with_cells(made, file, names.cell_m or 1.0)
+        odd += unread
     if "floor" in found:
         levels = {text: _floor_number(text) for text in made["floor"].drop_nulls().unique()}
-        unread = made.filter(pl.col("floor").is_in([text for text, number in levels.items() if number is None]))
+        unknown = made.filter(pl.col("floor").is_in([text for text, number in levels.items() if number is None]))
         message = "floors such as {} have no number; these fingerprints have no position"
-        if unread.height:
-            text = message.format(unread["floor"][0])
-            odd.append(Finding.at_lines("unknown_floor", table.path.name, unread["row"].to_list(), text))
+        if unknown.height:
+            text = message.format(unknown["floor"][0])
+            odd.append(Finding.at_lines("unknown_floor", file, unknown["row"].to_list(), text))
         made = made.with_columns(pl.col("floor").replace_strict(levels, default=None, return_dtype=pl.Int32))
     else:
         made = made.with_columns(floor=pl.lit(0, pl.Int32))
     if "time" in found:
-        time_ns = _times(made["time"], found["time"], names)
-        unread_times = int((made["time"].is_not_null() & time_ns.is_null()).sum())
-        text = f"times such as {made['time'][0]} are not used: expected Unix times or dates; state their time_unit"
-        odd += finding_if(unread_times, "unreadable_dates", text, table.path.name, Severity.WARNING)
-        date = pl.from_epoch("time_ns", time_unit="ns").dt.date()
+        time_ns, about_times = _times(made["time"], found["time"], names, file)
+        odd += about_times
+        date = (
+            pl.from_epoch("time_ns", time_unit="ns")
+            .dt.replace_time_zone("UTC")
+            .dt.convert_time_zone(names.zone or "UTC")
+            .dt.date()
+        )
         made = made.with_columns(time_ns.alias("time_ns")).with_columns(date=date)
+    if "technology" in found:
+        made = made.with_columns(pl.col("technology").str.to_lowercase().replace(old=_TECHNOLOGIES))
     if "split" in found:
         split = pl.col("split").str.to_lowercase()
         part = pl.when(split.str.contains("trn|train")).then(pl.lit(TRAIN)).when(split.str.contains("tst|test|val"))
         made = made.with_columns(part=part.then(pl.lit(TEST)))
     return made, odd
+
+
+def _with_cells(rows: pl.DataFrame, file: str, cell_m: float) -> tuple[pl.DataFrame, list[Finding]]:
+    """Add x and y of cells such as O02, metres; those of another form have none and are reported."""
+    cell = pl.col("cell").str
+    letter, number = cell.extract(_CELL, 1).str.to_uppercase(), cell.extract(_CELL, 2).cast(pl.Float64)
+    column = letter.replace_strict({chr(65 + place): float(place) for place in range(26)}, default=None)
+    placed = rows.with_columns(x=column.cast(pl.Float64) * cell_m, y=number * cell_m)
+    return placed, unreadable_cells(placed, "cell", placed["cell"].is_not_null() & placed["x"].is_null(), file)
 
 
 def _floor_number(text: str) -> int | None:
@@ -214,8 +325,9 @@ def _floor_number(text: str) -> int | None:
     return None if match is None else int(match[1])
 
 
-def _times(texts: pl.Series, column: Column, names: ColumnNames) -> pl.Series:
-    """Unix times, ns, of numbers or dates; null where there is none. Times without a zone are read as UTC."""
+def _times(texts: pl.Series, column: Column, names: ColumnNames, file: str) -> tuple[pl.Series, list[Finding]]:
+    """Unix times, ns, of numbers or dates, null where there is none, and findings."""
+    odd = list[Finding]()
     numbers = texts.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
     if numbers.null_count() < len(texts) / 2:
         unit = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}.get(
@@ -225,18 +337,43 @@ def _times(texts: pl.Series, column: Column, names: ColumnNames) -> pl.Series:
         whole = exact if exact.null_count() <= numbers.null_count() else None
         factor = NS_OF[unit]
         time_ns = (numbers * factor).round().cast(pl.Int64, strict=False) if whole is None else whole * factor
-        return time_ns.set(~are_dates(time_ns / 1e9).fill_null(value=False), None)
-    plain = texts.str.replace_all("/", "-").str.replace(r"^(\d{4}-\d+-\d+)[-T ]+", "${1} ")
-    return plain.str.to_datetime(time_unit="ns", strict=False, time_zone="UTC").dt.timestamp("ns")
+        time_ns = time_ns.set(~are_dates(time_ns / 1e9).fill_null(value=False), None)
+    else:
+        time_ns, has_zone = _dates(texts, names.zone or "UTC")
+        if not has_zone and names.zone is None and (known := time_ns.is_not_null()).any():
+            example = texts.filter(known)[0]
+            message = (
+                f"column {column.name}: dates such as {example} have no time zone and are read as UTC. If they are "
+                'local times, write zone = "Europe/Berlin", or yours, to columns.toml and pass --columns columns.toml'
+            )
+            odd += finding_if(int(known.sum()), "assumed_zone", message, file)
+    unread = texts.filter(texts.is_not_null() & time_ns.is_null())
+    if len(unread):
+        message = f"times such as {unread[0]} are not used: expected Unix times or dates; state their time_unit"
+        odd += finding_if(len(unread), "unreadable_dates", message, file, Severity.WARNING)
+    return time_ns, odd
+
+
+def _dates(texts: pl.Series, zone: str) -> tuple[pl.Series, bool]:
+    """Dates as Unix times, ns, null where there is none, and whether most state a zone; ``zone`` is that of others."""
+    plain = texts.str.replace(r"^(\d+)[-/.](\d+)[-/.](\d+)[T _-]*", "${1}-${2}-${3} ").str.strip_chars()
+    offset = r"(?:Z| ?[+-]\d\d:?\d\d)$"
+    if plain.str.contains(rf":\d\d.*{offset}").sum() > len(texts) / 2:
+        stated = plain.str.replace(r" ?Z$", "+00:00").str.replace(r" ?([+-]\d\d):?(\d\d)$", "${1}:${2}")
+        return stated.str.to_datetime("%Y-%m-%d %H:%M:%S%.f%:z", time_unit="ns", strict=False).dt.timestamp("ns"), True
+    read = (plain.str.to_datetime(form, time_unit="ns", strict=False) for form in _DATES)
+    best = min(read, key=lambda each: each.null_count())
+    local = best.dt.replace_time_zone(zone, ambiguous="earliest", non_existent="null")
+    return local.dt.timestamp("ns"), False
 
 
 _Parts = tuple[pl.DataFrame, pl.DataFrame, list[Finding]]
 
 
-def _wide(table: ForeignTable, layout: _Layout, names: ColumnNames, context: ImportContext) -> _Parts:
+def _wide(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
     """The fingerprints of a wide table, read in batches; ``row`` is the line."""
     points = layout.access_points
-    rules = LevelRules(NOT_HEARD, said=_not_heard(names, context), scale=context.levels)
+    rules = LevelRules(NOT_HEARD, said=names.not_heard, scale=LevelScale(*names.levels) if names.levels else None)
     kind = pl.Enum(list(points))
     rows, heard, odd, empty = [], [], list[Finding](), 0
     for lines, batch in table.batches():
@@ -258,28 +395,29 @@ def _wide(table: ForeignTable, layout: _Layout, names: ColumnNames, context: Imp
     measured, about_levels = measured_levels(table.path, found, counts, 0, rules)
     message = "cells are empty; they count as not heard"
     odd += [*finding_if(empty, "empty_levels", message, table.path.name), *about_levels]
+    if masked := [name for name in points if is_masked(name)]:
+        text = f"columns of no address are skipped: {', '.join(masked)}. {NO_ADDRESS}"
+        odd += finding_if(len(masked), "masked_addresses", text, table.path.name, Severity.WARNING)
+        measured = measured.filter(~pl.col("bssid").cast(pl.String).is_in(masked))
     named = measured.with_columns(pl.col("row").cast(pl.Int64), normal_addresses(measured["bssid"].cast(pl.String)))
     return pl.concat(rows), named, odd
 
 
-def _long(table: ForeignTable, layout: _Layout, names: ColumnNames, context: ImportContext) -> _Parts:
+def _long(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
     """The fingerprints of a long table: rows of one scan, or of equal place, time and device."""
     rows, odd = _common(table, table.lines, table.rows, layout, names)
-    stated = _not_heard(names, context)
-    readings, unread = with_numbers(
-        rows, ["level", *(["frequency"] if "frequency" in rows.columns else [])], table.path.name
-    )
-    readings = readings.rename({"address": "bssid", "level": "rssi_dbm"})
-    if context.levels is not None:
-        readings = readings.with_columns(context.levels.dbm(pl.col("rssi_dbm")))
-    if stated is not None:
-        readings = readings.filter(pl.col("rssi_dbm").ne_missing(stated))
+    measures = ["level", *(["frequency"] if "frequency" in rows.columns else [])]
+    readings, unread = with_numbers(rows, measures, table.path.name)
+    readings = _with_identity(readings).rename({"address": "bssid", "level": "rssi_dbm"})
+    if names.not_heard is not None:
+        readings = readings.filter(pl.col("rssi_dbm").ne_missing(names.not_heard))
+    if names.levels is not None:
+        readings = readings.with_columns(LevelScale(*names.levels).dbm(pl.col("rssi_dbm")))
     by = ("scan", "session", "device") if "scan" in rows.columns else None
     same = [name for name in by or _PLACE if name in rows.columns]
     same += ["technology"] if "technology" in rows.columns else []
     kept, about_levels = admitted(readings, "bssid", table.path.name)
     first = rows.group_by(same, maintain_order=True).agg(pl.all().first())
-    first = first.with_columns(technology=pl.col("technology").str.to_lowercase()) if "technology" in same else first
     owner = rows.select("row", owner=pl.col("row").first().over(same))
     heard = (
         kept.drop_nulls("rssi_dbm")
@@ -294,20 +432,38 @@ def _long(table: ForeignTable, layout: _Layout, names: ColumnNames, context: Imp
     return first, heard, [*odd, *unread, *about_levels]
 
 
-_PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
+def _with_identity(rows: pl.DataFrame) -> pl.DataFrame:
+    """Name BLE beacons by UUID, major and minor, if these are known, as data sets of walks do."""
+    if not set(_BEACON) <= set(rows.columns):
+        return rows
+    beacon = pl.format("{}-{}-{}", pl.col("uuid").str.to_lowercase(), "major", "minor")
+    address = pl.col("address") if "address" in rows.columns else pl.lit(None, pl.String)
+    return rows.with_columns(address=pl.coalesce(beacon, address))
 
 
-def _not_heard(names: ColumnNames, context: ImportContext) -> float | None:
-    return names.not_heard if context.not_heard is None else context.not_heard
+def _with_technology(rows: pl.DataFrame, heard: pl.DataFrame) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """Make fingerprints of BLE of the readings whose names are those of beacons, unless a column says what they are."""
+    beacons = [name for name in heard["bssid"].unique() if _OF_BLE.fullmatch(name)]
+    if "technology" in rows.columns or not beacons:
+        return rows, heard
+    if len(beacons) == heard["bssid"].n_unique():
+        return rows.with_columns(technology=pl.lit(BLE)), heard
+    next_row = int(rows.select(pl.col("row").max()).item()) + 1
+    of_ble = pl.col("bssid").is_in(beacons)
+    numbered = heard.with_columns(pl.when(of_ble).then(pl.col("row") + next_row).otherwise("row").alias("row"))
+    there = pl.col("row").is_in(numbered["row"].unique().implode())
+    silent = ~pl.col("row").is_in(heard["row"].unique().implode())
+    wifi = rows.with_columns(technology=pl.lit(WIFI)).filter(there | silent)
+    ble = rows.with_columns(pl.col("row") + next_row, technology=pl.lit(BLE)).filter(there)
+    return pl.concat([wifi, ble]), numbered
 
 
 def _located(
-    path: Path, rows: pl.DataFrame, layout: _Layout, context: ImportContext
-) -> tuple[pl.DataFrame, dict[str, object]]:
-    """The rows with x and y in metres, and the settings that repeat this."""
-    settings: dict[str, object] = {"columns": _described(layout).model_dump(exclude_none=True, mode="json")}
-    if {"x", "y"} <= layout.found.keys():
-        return rows, settings
+    path: Path, rows: pl.DataFrame, layout: _Layout, names: ColumnNames
+) -> tuple[pl.DataFrame, tuple[float, float] | None]:
+    """The rows with x and y in metres, and the origin of degrees."""
+    if not layout.has_degrees:
+        return rows, None
     degrees = rows.select("longitude", "latitude").to_numpy()
     if np.nanmax(np.abs(degrees[:, 0])) > 180 or np.nanmax(np.abs(degrees[:, 1])) > 90:
         raise DatasetError(
@@ -317,10 +473,10 @@ def _located(
             'longitude = "", and pass --columns columns.toml'
         )
     corner = np.floor(np.nanmin(degrees, axis=0) * 1e4) / 1e4
-    latitude, longitude = context.origin or (round(float(corner[1]), 4), round(float(corner[0]), 4))
+    latitude, longitude = names.origin or (round(float(corner[1]), 4), round(float(corner[0]), 4))
     place = from_wgs84(degrees, Georeference(latitude_deg=latitude, longitude_deg=longitude))
     located = rows.with_columns(x=pl.Series(place[:, 0], nan_to_null=True), y=pl.Series(place[:, 1], nan_to_null=True))
-    return located, {**settings, "origin": [latitude, longitude]}
+    return located, (latitude, longitude)
 
 
 register(ImportFormat(FORMAT, read, recognises, takes=("origin", "columns", *LEVEL_OPTIONS)))
