@@ -8,12 +8,14 @@ from pathlib import Path
 import pandas as pd
 import polars as pl
 import pytest
+from PIL import Image
 
 from tests.test_api import FUNCTIONS, classes_in, hints
 from vislam2tag import api
 from vislam2tag.common.tabular import Tabular
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.frame_change import FrameChange
+from vislam2tag.site.plans.source import Extent, PlanSource
 from vislam2tag.site.site_file import FloorPart
 
 NO_TABLES = {
@@ -34,11 +36,12 @@ def survey() -> api.Survey:
 
 def mapped() -> api.MappedWalk:
     session = api.read_session(survey().sessions[0])
-    return api.map_walk(
-        session.to_pandas("poses"),
-        session.to_pandas("sightings"),
-        survey().to_pandas("landmarks").rename(columns={"heading_rad": "unused"}),
-    )
+    tables = session.to_pandas("poses"), session.to_pandas("sightings"), survey().to_pandas("landmarks")
+    return api.map_walk(*tables, floor=session.key.floor)
+
+
+def part(number: int) -> FloorPart:
+    return FloorPart(number=number, plan=PlanSource(file="plan.png", extent=Extent(width_m=20.0, height_m=10.0)))
 
 
 def attached() -> api.Attached:
@@ -54,10 +57,6 @@ def trained() -> api.TrainedModel:
 
 def split() -> api.Split:
     return api.split(api.open_dataset("set"), api.SplitKind.RANDOM, api.SplitSettings())
-
-
-def planned() -> api.PlanSummary:
-    return api.plan("survey", "plans", api.PlanSettings(), api.PlanRequest(replace=True))
 
 
 CALLS: Mapping[str, Callable[[], object]] = {
@@ -84,15 +83,15 @@ CALLS: Mapping[str, Callable[[], object]] = {
     "mark_uncertain": lambda: api.mark_uncertain(mapped().walk.trajectory, 0.1),
     "open_dataset": lambda: api.open_dataset("set"),
     "open_survey": survey,
-    "plan": planned,
+    "plan": lambda: api.plan("survey", "plans", api.PlanSettings(), api.PlanRequest(ignore_existing=True)),
     "process": lambda: api.process("survey", "processed"),
     "radio_maps": lambda: api.radio_maps("set", "maps", api.RadioMapSettings()),
     "read_session": lambda: api.read_session(survey().sessions[0]),
     "run": lambda: api.run("survey", "run"),
     "sheets": lambda: api.sheets(api.SheetOptions(ids="1-3"), "sheets"),
-    "site_align": lambda: api.site_align("other", 1, 0, [((0, 0), (0, 0)), ((1, 0), (1, 0))]),
-    "site_init": lambda: api.site_init("new", api.NewFloor("plan.png", FloorPart(number=0))),
-    "site_set": lambda: api.site_set("other", 0, api.FloorChanges(name="ground")),
+    "site_align": lambda: api.site_align("site", 1, 0, [((0, 0), (0, 0)), ((1, 0), (1, 0))]),
+    "site_init": lambda: api.site_init("new", api.NewFloor("plan.png", part(0))),
+    "site_set": lambda: api.site_set("site", 0, api.FloorChanges(name="ground")),
     "site_show": lambda: api.site_show("survey"),
     "site_walkable": lambda: api.site_walkable("survey", "walkable", (), api.WalkableSettings(), None),
     "site_write": lambda: api.site_write("survey", "published"),
@@ -141,11 +140,21 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scenario = api.regular_survey(2, floors=(0, 1), devices=("LG", "OnePlus"), sessions=1, duration_s=60.0)
     assert len(repr(scenario)) < MOST
     api.simulate(scenario, world / "survey")
-    api.simulate(scenario, world / "other")
     api.process(world / "survey", world / "labels")
     for name in ("set", "copy"):
         api.dataset(world / "labels", world / name)
     api.fleet_add(world / "fleet", world / "survey")
+    api.train(world / "set", api.TrainPlan("weighted-knn", {}), world / "m.v2t")
+    pl.read_parquet(world / "labels" / "wifi").head(50).select("device", "session", "time_ns").write_csv(
+        world / "scans.csv"
+    )
+    rows = [f"{x},{y},0,-60,-70" for x in range(10) for y in range(5)]
+    (world / "fingerprints.csv").write_text("\n".join(("x,y,floor,02:00:00:00:00:01,02:00:00:00:00:02", *rows)))
+    plan = Image.new("L", (200, 100), 255)
+    plan.paste(0, (0, 0, 200, 5))
+    plan.save(world / "plan.png")
+    for number in (0, 1):
+        api.site_init(world / "site", api.NewFloor(world / "plan.png", part(number)))
     return world
 
 

@@ -78,7 +78,7 @@ class Tabular:
         }
         single = {name: value for name, value in values.items() if name not in listed}
         return {
-            SUMMARY: partial(_frame_of, [single], ()),
+            SUMMARY: partial(row_frame, [single], ()),
             **{name: partial(listed_frame, value, _columns(self, name)) for name, value in listed.items()},
         }
 
@@ -140,9 +140,9 @@ def listed_frame(value: object, columns: Iterable[str] = ()) -> pl.DataFrame:
     """Make a table of a list of records, or of a mapping; if it is empty, it has these columns."""
     if not isinstance(value, Mapping):
         assert isinstance(value, Sequence)
-        return _frame_of(map(_values, value), columns)
+        return row_frame(map(_values, value), columns)
     rows = [{"name": key, **(_mapped(each) or {"value": each})} for key, each in value.items()]
-    return _frame_of(rows, ("name", "value"))
+    return row_frame(rows, ("name", "value"))
 
 
 def column_frame(columns: Mapping[str, object]) -> pl.DataFrame:
@@ -159,7 +159,7 @@ def _mapped(value: object) -> dict[str, object]:
     return _values(value) if _is_record(value) else {}
 
 
-def _frame_of(rows: Iterable[Mapping[str, object]], columns: Iterable[str]) -> pl.DataFrame:
+def row_frame(rows: Iterable[Mapping[str, object]], columns: Iterable[str]) -> pl.DataFrame:
     """A data frame of rows; without any, it has these columns."""
     import polars as pl
 

@@ -18,7 +18,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.files.whole_output import whole_folder, write_file
 from vislam2tag.common.findings import Finding, Judgement, Severity, count_of, counted
-from vislam2tag.common.tabular import Frames, TabularResult, column_frame, listed_frame
+from vislam2tag.common.tabular import Frames, TabularResult, column_frame, listed_frame, row_frame
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_states import LandmarkCounts
@@ -55,6 +55,9 @@ class SiteSummary(TabularResult):
     floors: tuple[FloorSummary, ...]
     findings: tuple[Finding, ...]
 
+    def _frames(self) -> Frames:
+        return {"floors": partial(_floor_frame, self.floors), "findings": partial(listed_frame, self.findings)}
+
     @property
     def judgement(self) -> Judgement:
         """Judgement of the site's files, with what was checked."""
@@ -65,6 +68,16 @@ class SiteSummary(TabularResult):
         why = f"{counted(missing, 'floor')} without a plan, so positions of its landmarks could not be checked"
         looked_at = f"{counted(len(self.floors), 'floor')}, {counted(plans, 'plan')}, {counted(marks, 'landmark')}"
         return Judgement.of(wrong, plans + marks, looked_at, why if missing else "", warnings)
+
+
+def _floor_frame(floors: Sequence[FloorSummary]) -> pl.DataFrame:
+    """A row for each floor: extent and resolution of its plan, metres, and counts of its landmarks."""
+    names = ("number", "name", "width_m", "height_m", "elevation_m")
+    rows = [
+        {**{name: getattr(one.floor, name) for name in names}, "pixel_m": one.pixel_m, "landmarks": one.landmarks}
+        for one in floors
+    ]
+    return row_frame(rows, (*names, "pixel_m"))
 
 
 def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: bool = False) -> SiteSummary:
