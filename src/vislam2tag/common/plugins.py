@@ -183,11 +183,13 @@ class Registry(Generic[Item]):
         file, _, wanted = name.rpartition(":")
         module = _module_of_file(Path(file), f"{self._kind.words} {name}")
         item: Item | None = getattr(module, wanted, None)
-        if item is None:
+        if not callable(item):
             there = [
                 each for each, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__
             ]
-            raise UsageError(f"{file}: it does not define '{wanted}'; it defines: {', '.join(there) or 'nothing'}")
+            raise UsageError(
+                f"{file}: it does not define the class '{wanted}'; it defines: {', '.join(there) or 'nothing'}"
+            )
         return item
 
     def all(self) -> Mapping[str, Item]:

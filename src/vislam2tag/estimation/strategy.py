@@ -86,8 +86,8 @@ def strategy_known_as(given: str | Factory | MappingStrategy) -> str:
         return f"{file}:{name}"
     if not callable(given) and not callable(getattr(given, "map", None)):
         raise UsageError(
-            f"strategy: {given!r} is neither a name nor a strategy; expected a name, NAME.py:CLASS, or a class with the "
-            "method map(camera, log, landmarks)"
+            f"strategy: {given!r} is neither a name nor a strategy; expected a name, NAME.py:CLASS, or a class with "
+            "the method map(camera, log, landmarks)"
         )
     STRATEGIES.add_here(name, given if defined is given else _always(given))  # type: ignore[arg-type]
     return name
@@ -97,7 +97,7 @@ def refuse_elsewhere(name: str) -> None:
     """Raise UsageError for a strategy that worker processes cannot find: that of a notebook."""
     if STRATEGIES.is_only_here(name):
         raise UsageError(
-            f"{called_of_user(name)} exists only in this notebook or prompt, so that other processes cannot find it; use "
+            f"{called_of_user(name)} exists only in this notebook or prompt, so other processes cannot find it; use "
             f'jobs=1, or save it as a file and pass strategy="NAME.py:{name}"'
         )
 
