@@ -154,11 +154,11 @@ class OfCell:
 
 
 def test_a_class_of_a_cell_has_its_line_and_stays_in_its_process(survey: Path, tmp_path: Path) -> None:
-    cell: dict[str, type] = {"__name__": "__main__"}  # type: ignore[dict-item]
+    cell: dict[str, type] = {"__name__": "cell"}  # type: ignore[dict-item]
     exec(compile(IN_A_CELL, "<cell 3>", "exec"), cell)
     summary = process(survey, tmp_path / "out", strategy=cell["OfCell"])
     assert all(text.startswith("the strategy OfCell failed at line 3: TypeError") for text in summary.failures.values())
-    with pytest.raises(UsageError, match="OfCell exists only in this notebook or prompt, .*; use jobs=1, or save it"):
+    with pytest.raises(UsageError, match=r"OfCell exists only in this notebook or prompt, .*; use jobs=1, or save it"):
         process(survey, tmp_path / "two", strategy="OfCell", jobs=2)
     assert not (tmp_path / "two").exists()
 
