@@ -22,7 +22,7 @@ from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.files.given_files import read_bytes
@@ -182,7 +182,7 @@ class Registry(Generic[Item]):
         """Load what a file of the user calls NAME, for ``NAME.py:CLASS``; read again whenever the file has changed."""
         file, _, wanted = name.rpartition(":")
         module = _module_of_file(Path(file), f"{self._kind.words} {name}")
-        item: Item | None = getattr(module, wanted, None)
+        item: Any = getattr(module, wanted, None)
         if not callable(item):
             there = [
                 each for each, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__
@@ -190,7 +190,8 @@ class Registry(Generic[Item]):
             raise UsageError(
                 f"{file}: it does not define the class '{wanted}'; it defines: {', '.join(there) or 'nothing'}"
             )
-        return item
+        found: Item = item
+        return found
 
     def all(self) -> Mapping[str, Item]:
         """Everything by name, in order; what cannot be loaded of other packages is left out with one warning."""
