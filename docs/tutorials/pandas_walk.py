@@ -11,9 +11,10 @@
 import tempfile
 from pathlib import Path
 
+import pandas as pd
 import polars as pl
 
-from vislam2tag.api import open_survey, read_session, regular_survey, simulate
+from vislam2tag.api import map_walk, open_survey, read_session, regular_survey, simulate
 
 folder = Path(tempfile.mkdtemp())
 simulate(
@@ -53,16 +54,12 @@ print(pl.read_csv(folder / "sightings.csv").columns)
 # unit are nanoseconds, positions metres.
 
 # %%
-import pandas as pd
-
-from vislam2tag.api import map_walk
-
 poses = pd.read_csv(folder / "poses.csv")
 sightings = pd.read_csv(folder / "sightings.csv")
 landmarks = pd.read_csv(folder / "landmarks.csv")
 walk = map_walk(poses, sightings, landmarks)
 labelled = walk.label(pd.read_csv(folder / "wifi.csv")).to_pandas()
-labelled[["bssid", "rssi_dbm", "x", "y", "status"]].dropna().round(2).head(3)
+print(labelled[["bssid", "rssi_dbm", "x", "y", "status"]].dropna().round(2).head(3))
 
 # %% [markdown]
 # The path is a frame, too:
