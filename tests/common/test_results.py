@@ -184,3 +184,36 @@ def test_it_is_short_and_gives_tables(call: Callable[[], object], world: Path, m
                 assert list(table.columns) == frame.columns
                 assert len(table) == frame.height
                 assert pl.Object not in frame.dtypes
+
+
+KINDS: Mapping[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
+    "nullable": lambda table: table.convert_dtypes(),
+    "arrow": lambda table: table.convert_dtypes(dtype_backend="pyarrow"),
+    "objects": lambda table: table.astype(object),
+    "categories": lambda table: table.astype({"session": "category", "device": "category"}),
+    "indexed": lambda table: table.set_index("time_ns"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_tables_of_every_kind_are_labelled_alike(
+    kind: Callable[[pd.DataFrame], pd.DataFrame], world: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(world)
+    scans = pd.read_csv("scans.csv")
+    columns = ["x_m", "y_m", "sigma", "status"]
+    expected = api.label("scans.csv", "labels").to_frame().select(columns)
+    assert api.label(kind(scans), "labels").to_frame().select(columns).equals(expected)
+    trajectory = mapped().walk.trajectory
+    labelled = api.label_readings(pl.from_pandas(scans[["time_ns"]]), trajectory, api.LabelSettings())
+    own = [name for name in labelled.columns if name != "time_ns"]
+    again = api.label_readings(kind(scans), trajectory, api.LabelSettings())
+    assert again.select(own).equals(labelled.select(own))
+
+
+def test_pandas_reads_our_parquet_files(world: Path) -> None:
+    files = [*(world / "labels").rglob("*.parquet"), *(world / "set").rglob("*.parquet")]
+    assert len(files) > 10
+    for file in files:
+        assert len(pd.read_parquet(file)) == pl.read_parquet(file).height
+    assert len(pd.read_parquet(world / "labels" / "wifi")) == pl.read_parquet(world / "labels" / "wifi").height
