@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -83,3 +84,29 @@ def test_a_broken_package_ends_nothing_else(site: Path, labels: Path, tmp_path: 
         assert done.stderr.count("the package broken cannot be loaded") == 1
         asked = the_error(vislam2tag("process", labels.parent, "--out", tmp_path / "new", "--strategy", "worst"))
     assert "the mapping strategy 'worst' of the package broken cannot be loaded" in asked
+
+
+@pytest.mark.parametrize("module", ["points_csv", "first_sighting"])
+def test_its_failures_are_reported_as_its_own(
+    module: str, labels: Path, site: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(site, tmp_path / "site")
+    file = tmp_path / "site" / "vislam2tag_example" / f"{module}.py"
+    lines = file.read_text().splitlines()
+    place = next(i for i, line in enumerate(lines) if "points = dataset" in line or "builder = " in line)
+    lines[place] = "    " * (1 if module == "points_csv" else 2) + "points = builder = None + 1"
+    file.write_text("\n".join(lines))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "site"), prepend=os.pathsep)
+    kind = "TypeError: unsupported operand type(s) for +: 'NoneType' and 'int'"
+    if module == "points_csv":
+        done = vislam2tag("export", labels, "--format", "points-csv", "--out", tmp_path / "out")
+        assert done.returncode != 0
+        assert the_error(done).startswith(
+            "error: the data set format 'points-csv' of the package vislam2tag-example failed at "
+            f"points_csv.py:{place + 1}: {kind}"
+        )
+        return
+    done = vislam2tag("process", labels.parent, "--out", tmp_path / "out", "--strategy", "first-sighting")
+    assert done.returncode == 3
+    failures = json.loads((tmp_path / "out" / "summary.json").read_text())["failures"]
+    assert all(f"the strategy first-sighting failed at line {place + 1}: {kind}" in text for text in failures.values())

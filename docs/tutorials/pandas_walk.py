@@ -44,21 +44,21 @@ ids = [log.ids[number] for number in log.landmark]
 pl.DataFrame({"marker": ids, **seen}).write_csv(folder / "sightings.csv")
 x, y = marks.position_bcs.T
 pl.DataFrame({"marker": marks.ids, "x": x, "y": y}).write_csv(folder / "landmarks.csv")
-session.tables["wifi"].select("time_ns", "bssid", "rssi_dbm").write_csv(folder / "scans.csv")
+session.tables["wifi"].select(pl.col("time_ns").alias("timestamp"), "bssid", "rssi_dbm").write_csv(folder / "wifi.csv")
 print(pl.read_csv(folder / "sightings.csv").columns)
 
 # %% [markdown]
 # ## Map and label
 #
-# `map_walk` needs the column names below; rename yours. Times are nanoseconds, positions metres.
+# Columns are recognised by their headers, with their unit if they name one (`time_ms`, `pos_x [mm]`). Times without a
+# unit are nanoseconds, positions metres.
 
 # %%
-names = {"timestamp": "time_ns", "marker": "id", "px": "tx", "py": "ty", "pz": "tz"}
-poses = pd.read_csv(folder / "poses.csv").rename(columns=names)
-sightings = pd.read_csv(folder / "sightings.csv").rename(columns=names)
-landmarks = pd.read_csv(folder / "landmarks.csv").rename(columns=names)
+poses = pd.read_csv(folder / "poses.csv")
+sightings = pd.read_csv(folder / "sightings.csv")
+landmarks = pd.read_csv(folder / "landmarks.csv")
 walk = map_walk(poses, sightings, landmarks)
-labelled = walk.label(pd.read_csv(folder / "scans.csv")).to_pandas()
+labelled = walk.label(pd.read_csv(folder / "wifi.csv")).to_pandas()
 print(labelled[["bssid", "rssi_dbm", "x", "y", "status"]].dropna().round(2).head(3))
 
 # %% [markdown]

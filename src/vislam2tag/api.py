@@ -7,6 +7,9 @@
 Each command has a function of the same name (``import_`` for ``import``, ``site_init`` for ``site init``), except
 ``receive``, which is a server. Paths may be ``str`` or ``Path``: that is what ``AnyPath`` means.
 
+Results have tables: ``to_pandas()`` returns the main one for pandas, ``to_frame()`` for Polars, and ``table_names()``
+lists all. Tables that you pass may be of pandas, Polars or Arrow.
+
 You can also use the parts alone. They are plain functions over frozen dataclasses: ``open_survey`` and ``read_session``
 read files, ``strategy_named`` returns a mapping strategy, and ``label_readings`` labels readings. ``build_dataset``
 makes a data set from labels, ``import_format`` makes one from files in another format, and ``open_dataset`` opens one.

@@ -121,7 +121,9 @@ def test_mistakes_in_the_name(survey: Path, mine: Path, tmp_path: Path) -> None:
     def error(name: str) -> str:
         return the_error(vislam2tag("process", survey, "--out", tmp_path / "out", "--strategy", name))
 
-    assert "it does not define 'Other'; it defines: Mine, Failing, FailingOnce, Listing" in error(f"{mine}:Other")
+    assert "it does not define the class 'Other'; it defines: Mine, Failing, FailingOnce, Listing" in error(
+        f"{mine}:Other"
+    )
     assert "no.py cannot be read" in error("no.py:Mine")
     broken = tmp_path / "broken.py"
     broken.write_text("import nothing_of_this_name\n")
@@ -142,3 +144,26 @@ def test_settings_by_keyword_are_checked(survey: Path, tmp_path: Path) -> None:
         process(survey, tmp_path / "out", stratgy="local")  # type: ignore[call-arg]
     with pytest.raises(UsageError, match="together: Input should be a valid boolean"):
         process(survey, tmp_path / "out", together="perhaps")  # type: ignore[arg-type]
+
+
+IN_A_CELL = """\
+class OfCell:
+    def map(self, camera, log, landmarks):
+        return None + 1
+"""
+
+
+def test_a_class_of_a_cell_has_its_line_and_stays_in_its_process(survey: Path, tmp_path: Path) -> None:
+    cell: dict[str, type] = {"__name__": "cell"}  # type: ignore[dict-item]
+    exec(compile(IN_A_CELL, "<cell 3>", "exec"), cell)
+    summary = process(survey, tmp_path / "out", strategy=cell["OfCell"])
+    assert all(text.startswith("the strategy OfCell failed at line 3: TypeError") for text in summary.failures.values())
+    with pytest.raises(UsageError, match=r"OfCell exists only in this notebook or prompt, .*; use jobs=1, or save it"):
+        process(survey, tmp_path / "two", strategy="OfCell", jobs=2)
+    assert not (tmp_path / "two").exists()
+
+
+@pytest.mark.parametrize("given", [3, object()])
+def test_something_else_is_no_strategy(survey: Path, tmp_path: Path, given: object) -> None:
+    with pytest.raises(UsageError, match=r"expected a name, NAME.py:CLASS, or a class with the method map"):
+        process(survey, tmp_path / "out", strategy=given)  # type: ignore[arg-type]

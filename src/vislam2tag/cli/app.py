@@ -337,7 +337,9 @@ def _run() -> None:
         say(f"error: {error}", err=True)
         sys.exit(code_of_error(error))
     except Exception as error:  # its traceback is logged, or shown here
-        if said := _about_a_file(error) or _about_a_table(error):
+        from vislam2tag.common.plugins import foreign_failure
+
+        if said := foreign_failure(error) or _about_a_file(error) or _about_a_table(error):
             say(f"error: {said}", err=True)
             sys.exit(code_of_error(error))
         _print_unexpected(error)

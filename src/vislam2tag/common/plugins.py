@@ -22,12 +22,14 @@ from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec, module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import MappingProxyType, ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from vislam2tag.common.errors import UsageError, first_line
 from vislam2tag.common.files.given_files import read_bytes
 
 Item = TypeVar("Item")
+_FOREIGN: dict[Path, str] = {}
+"""What installed packages offer, by the folders or files of their code."""
 _log = logging.getLogger("vislam2tag-plugins")  # not below "vislam2tag", whose records go to the log of an output
 
 
@@ -130,6 +132,7 @@ class Registry(Generic[Item]):
         self._kind = kind
         self._items: dict[str, Item] = {}
         self._unusable: dict[str, _UnusablePluginError] = {}
+        self._here = set[str]()
 
     def add(self, name: str, item: Item) -> None:
         """Make something known by name; called at the end of its module. Raises UsageError for a name that is taken."""
@@ -161,21 +164,34 @@ class Registry(Generic[Item]):
                 )
         return self._items[name]
 
-    def replace(self, name: str, item: Item) -> None:
-        """Make something known by name, also a second time, as a cell of a notebook does when it is run again."""
+    def add_here(self, name: str, item: Item) -> None:
+        """Make something known in this process alone, also a second time: what a cell of a notebook defines.
+
+        Raises UsageError for a name that is taken.
+        """
+        if name not in self._here:
+            self.add(name, item)
+        self._here.add(name)
         self._items[name] = item
+
+    def is_only_here(self, name: str) -> bool:
+        """Whether other processes cannot find what has this name."""
+        return name in self._here
 
     def _from_file(self, name: str) -> Item:
         """Load what a file of the user calls NAME, for ``NAME.py:CLASS``; read again whenever the file has changed."""
         file, _, wanted = name.rpartition(":")
         module = _module_of_file(Path(file), f"{self._kind.words} {name}")
-        item: Item | None = getattr(module, wanted, None)
-        if item is None:
+        item: Any = getattr(module, wanted, None)
+        if not callable(item):
             there = [
                 each for each, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__
             ]
-            raise UsageError(f"{file}: it does not define '{wanted}'; it defines: {', '.join(there) or 'nothing'}")
-        return item
+            raise UsageError(
+                f"{file}: it does not define the class '{wanted}'; it defines: {', '.join(there) or 'nothing'}"
+            )
+        found: Item = item
+        return found
 
     def all(self) -> Mapping[str, Item]:
         """Everything by name, in order; what cannot be loaded of other packages is left out with one warning."""
@@ -195,6 +211,9 @@ class Registry(Generic[Item]):
             try:
                 entry.load()
                 if entry.name in self._items:
+                    _FOREIGN[_place_of(entry)] = (
+                        f"the {self._kind.words} '{entry.name}' of the package {_package_of(entry)}"
+                    )
                     return
                 said = f"{entry.value} does not register it"
             except Exception as error:  # whatever another's module raises must not end what does not need it
@@ -212,6 +231,9 @@ def _module_of_file(path: Path, what: str) -> ModuleType:
         content = read_bytes(path)
     except OSError as error:
         raise UsageError(f"{what}: {path} cannot be read ({error.strerror}); correct the path") from error
+    main = sys.modules["__main__"]
+    if path.resolve() == Path(getattr(main, "__file__", None) or "").resolve():  # a script must not run twice
+        return main
     name = f"{path.stem}_{hashlib.sha256(content).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
@@ -223,7 +245,7 @@ def _module_of_file(path: Path, what: str) -> ModuleType:
         spec.loader.exec_module(module)
     except Exception as error:  # whatever a user's file raises
         del sys.modules[name]
-        raise UsageError(f"{what}: {where_it_failed(path.name, str(path.resolve()), error)}") from error
+        raise UsageError(f"{what}: {where_it_failed(path.name, error)}") from error
     return module
 
 
@@ -233,14 +255,32 @@ def called_of_user(name: str) -> str:
     return f"the strategy {own} of {Path(file).name}" if file else f"the strategy {own}"
 
 
-def where_it_failed(what: str, file: str, error: Exception) -> str:
-    """Say that code of the user failed, and at which line of its file."""
+def where_it_failed(what: str, error: Exception) -> str:
+    """Say that code of the user failed, and at which line of its file: the last one in the file that we called."""
+    own = [frame for frame in traceback.extract_tb(error.__traceback__)[1:] if not frame.filename.startswith("<frozen")]
     if isinstance(error, SyntaxError):
         lines = [error.lineno]
     else:
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+        lines = [frame.lineno for frame in own if frame.filename == own[0].filename]
     line = f" at line {lines[-1]}" if lines else ""
     return f"{what} failed{line}: {type(error).__name__}: {first_line(error)} (this is your code)"
+
+
+def foreign_failure(error: BaseException) -> str | None:
+    """Say that code of another package failed, with file and line, if the error is of its code; else None."""
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        for place, what in _FOREIGN.items():
+            if Path(frame.filename).resolve().is_relative_to(place):
+                said = f"{type(error).__name__}: {first_line(error)}"  # type: ignore[arg-type]
+                where = f"{Path(frame.filename).name}:{frame.lineno}"
+                return f"{what} failed at {where}: {said}; correct it, or report this to its authors"
+    return None
+
+
+def _place_of(entry: EntryPoint) -> Path:
+    """Folder of the package that an entry point is of, or the file of its module."""
+    file = Path(sys.modules[entry.module].__file__ or "").resolve()
+    return file.parent if "." in entry.module else file
 
 
 def _package_of(entry: EntryPoint) -> str:

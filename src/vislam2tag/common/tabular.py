@@ -1,16 +1,18 @@
 """Results as tables: ``to_frame`` for Polars and ``to_pandas`` for pandas, and a short form at a prompt.
 
 A table has a row for each entry of a list, or of a mapping, whose keys are then the column ``name``. Parts of an entry
-are columns of their own, ``sigma_median`` for ``sigma.median``. Lists of further records within an entry are not in the
-table.
+are columns of their own, ``sigma_median`` for ``sigma.median``. Lists of further records, arrays and tables within an
+entry are not in the table.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from datetime import date, timedelta
 from enum import Enum
 from functools import partial
+from numbers import Number
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, TypeAlias, get_args, get_origin
 
@@ -29,7 +31,8 @@ SUMMARY = "summary"
 _LONGEST = 40
 _MOST_FACTS = 8
 _NO_FACTS = frozenset(("program", "version", "slug", "fingerprint"))
-_Frames: TypeAlias = "Mapping[str, Callable[[], pl.DataFrame]]"
+Frames: TypeAlias = "Mapping[str, Callable[[], pl.DataFrame]]"
+"""Functions that make tables, by name."""
 
 
 class Tabular:
@@ -65,7 +68,7 @@ class Tabular:
             import_extra(package)
         return self.to_frame(table).to_pandas()
 
-    def _frames(self) -> _Frames:
+    def _frames(self) -> Frames:
         """Functions that make the tables, by name."""
         values = _values(self)
         listed = {
@@ -75,18 +78,22 @@ class Tabular:
         }
         single = {name: value for name, value in values.items() if name not in listed}
         return {
-            SUMMARY: partial(_frame_of, [single], ()),
-            **{name: partial(_listed_frame, value, _columns(self, name)) for name, value in listed.items()},
+            SUMMARY: partial(row_frame, [single], ()),
+            **{name: partial(listed_frame, value, _columns(self, name)) for name, value in listed.items()},
         }
 
 
-class Result(Summarised, Tabular, Record):
-    """A record that a command returns: it shows a few facts instead of all its content."""
+class TabularResult(Summarised, Tabular):
+    """A dataclass that a function returns: it shows a few facts instead of all its content."""
 
     def _facts(self) -> dict[str, object]:
         values = {name: value for name, value in _values(self).items() if name not in _NO_FACTS}
         facts = {name: fact for name, value in values.items() if (fact := _fact(value)) is not None}
         return dict(list(facts.items())[:_MOST_FACTS])
+
+
+class Result(TabularResult, Record):
+    """A record that a command returns: it shows a few facts instead of all its content."""
 
     def __str__(self) -> str:
         """The same line."""
@@ -129,12 +136,20 @@ def _columns(owner: object, name: str) -> tuple[str, ...]:
     return tuple(inside.model_fields) if isinstance(inside, type) and issubclass(inside, BaseModel) else ()
 
 
-def _listed_frame(value: object, columns: tuple[str, ...]) -> pl.DataFrame:
+def listed_frame(value: object, columns: Iterable[str] = ()) -> pl.DataFrame:
+    """Make a table of a list of records, or of a mapping; if it is empty, it has these columns."""
     if not isinstance(value, Mapping):
         assert isinstance(value, Sequence)
-        return _frame_of(map(_values, value), columns)
+        return row_frame(map(_values, value), columns)
     rows = [{"name": key, **(_mapped(each) or {"value": each})} for key, each in value.items()]
-    return _frame_of(rows, ("name", "value"))
+    return row_frame(rows, ("name", "value"))
+
+
+def column_frame(columns: Mapping[str, object]) -> pl.DataFrame:
+    """Make a table of columns; null for numbers that are NaN."""
+    import polars as pl
+
+    return pl.DataFrame(columns).fill_nan(None)
 
 
 def _mapped(value: object) -> dict[str, object]:
@@ -144,7 +159,7 @@ def _mapped(value: object) -> dict[str, object]:
     return _values(value) if _is_record(value) else {}
 
 
-def _frame_of(rows: Iterable[Mapping[str, object]], columns: Iterable[str]) -> pl.DataFrame:
+def row_frame(rows: Iterable[Mapping[str, object]], columns: Iterable[str]) -> pl.DataFrame:
     """A data frame of rows; without any, it has these columns."""
     import polars as pl
 
@@ -165,9 +180,11 @@ def _cells(row: Mapping[str, object], prefix: str) -> Iterator[tuple[str, object
             yield from _cells(parts, f"{full}_")
         elif isinstance(value, Enum | Path):
             yield full, str(value.value if isinstance(value, Enum) else value)
-        elif not isinstance(value, Mapping) and not _has_records(value):
+        elif _fits_a_cell(value):
             yield full, list(value) if isinstance(value, tuple | set | frozenset) else value
 
 
-def _has_records(value: object) -> bool:
-    return isinstance(value, list | tuple) and any(map(_is_record, value))
+def _fits_a_cell(value: object) -> bool:
+    if isinstance(value, list | tuple | set | frozenset):
+        return all(map(_fits_a_cell, value))
+    return value is None or isinstance(value, str | Number | date | timedelta)

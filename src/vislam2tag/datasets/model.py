@@ -19,7 +19,7 @@ from pydantic import Field
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
-from vislam2tag.common.tabular import Tabular
+from vislam2tag.common.tabular import Frames, Tabular, TabularResult
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.datasets.description import Funding, Person, Related
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS
@@ -141,12 +141,14 @@ class SplitInfo(Record):
     folds: tuple[Fold, ...]
 
 
-@dataclass(frozen=True)
-class Split:
+@dataclass(frozen=True, repr=False)
+class Split(TabularResult):
     """A split: the group of every fingerprint and IMU window, and the test groups of each fold.
 
     ``groups`` has columns ``id`` (``scan_id`` or ``window_id``) and ``group`` (text; null: in neither part).
     """
+
+    main_table: ClassVar[str] = "groups"
 
     info: SplitInfo
     groups: pl.DataFrame
@@ -163,6 +165,12 @@ class Split:
         grouped = self.groups.filter(pl.col("group").is_not_null())
         tests = pl.col("group").is_in(fold.test)
         return grouped.filter(~tests)["id"], grouped.filter(tests)["id"]
+
+    def _facts(self) -> dict[str, object]:
+        return {"name": self.info.name, "kind": self.info.kind, "folds": len(self.info.folds)}
+
+    def _frames(self) -> Frames:
+        return {"groups": lambda: self.groups}
 
 
 @dataclass(frozen=True, repr=False)
@@ -186,7 +194,7 @@ class Dataset(Drawable, Tabular):
             "splits": ", ".join(sorted(self.splits)) or "none",
         }
 
-    def _frames(self) -> dict[str, Callable[[], pl.DataFrame]]:
+    def _frames(self) -> Frames:
         return {name: partial(_collected, table) for name, table in self.tables.items()}
 
     @property

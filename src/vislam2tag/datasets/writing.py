@@ -21,11 +21,14 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if
 from vislam2tag.common.progress import Progress
 from vislam2tag.core.arrays import IntArray
+from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext
 from vislam2tag.datasets.labelled import LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset, Fold, SessionTables, Split, each_session
+from vislam2tag.labeling.results import SessionResult
 from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.site.links import left_out_sessions
+from vislam2tag.site.model import SessionKey, SessionRef
 
 
 def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey, tuple[Finding, ...]]:
@@ -40,6 +43,28 @@ def shared_labels(labels: Path, context: ExportContext) -> tuple[LabelledSurvey,
         return opened, ()
     context.tell([left_out_sessions(opened.left_out, named=True)])
     return opened, (left_out_sessions(opened.left_out, named=False),)
+
+
+def raw_session(refs: Mapping[SessionKey, SessionRef], result: SessionResult, survey: Path) -> SessionRef:
+    """The session of a survey that labels were made from; raises UsageError if the survey does not contain it."""
+    key = SessionKey(result.floor, result.device, result.session)
+    if key not in refs:
+        raise UsageError(f"--survey {survey}: no session {key}; pass the survey that the labels were made from")
+    return refs[key]
+
+
+def refuse_changed_files(here: SessionRef, result: SessionResult, survey: Path) -> None:
+    """Raise UsageError if a raw file of a session has changed since the labels were made."""
+    # Poses in a file for each picture have one account together, which no file can be compared with.
+    below = {file.name for file in here.folder.glob("*/**/*")}
+    for account in result.files:
+        file = here.folder / account.name
+        own = account.role != "companion" and (file.is_file() or account.name not in below)
+        if own and not (file.is_file() and sha256_of(file) == account.sha256):
+            raise UsageError(
+                f"--survey {survey}: {here.key}: {account.name} has changed since the labels were made; run "
+                "`vislam2tag process` again"
+            )
 
 
 SET = "set"

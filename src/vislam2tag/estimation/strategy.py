@@ -74,17 +74,32 @@ def strategy_modules(name: str, settings: MappingSettings) -> tuple[str, str]:
 def strategy_known_as(given: str | Factory | MappingStrategy) -> str:
     """The name of a strategy for the settings; a class, a function or an object of a notebook gets its own name.
 
-    That of a file is ``NAME.py:CLASS``, so that worker processes find it, too.
+    That of a file is ``NAME.py:CLASS``, so that worker processes find it, too. Raises UsageError for another value, or
+    if the name is that of a strategy of ours.
     """
     if isinstance(given, str):
         return given
     defined = given if callable(given) and hasattr(given, "__name__") else type(given)
     name = str(defined.__name__)
     file = getattr(sys.modules.get(defined.__module__), "__file__", None)
-    if file and defined is given and file.endswith(".py"):
+    if file and defined is given and file.endswith(".py") and defined.__qualname__ == name:
         return f"{file}:{name}"
-    STRATEGIES.replace(name, given if defined is given else _always(given))  # type: ignore[arg-type]
+    if not callable(given) and not callable(getattr(given, "map", None)):
+        raise UsageError(
+            f"strategy: {given!r} is neither a name nor a strategy; expected a name, NAME.py:CLASS, or a class with "
+            "the method map(camera, log, landmarks)"
+        )
+    STRATEGIES.add_here(name, given if defined is given else _always(given))  # type: ignore[arg-type]
     return name
+
+
+def refuse_elsewhere(name: str) -> None:
+    """Raise UsageError for a strategy that worker processes cannot find: that of a notebook."""
+    if STRATEGIES.is_only_here(name):
+        raise UsageError(
+            f"{called_of_user(name)} exists only in this notebook or prompt, so other processes cannot find it; use "
+            f'jobs=1, or save it as a file and pass strategy="NAME.py:{name}"'
+        )
 
 
 def _always(strategy: MappingStrategy) -> Factory:
@@ -110,20 +125,18 @@ class _OwnStrategy:
     """A strategy of a user's file, notebook or package: its errors name it, its line and what it returned."""
 
     name: str
-    file: str
     strategy: MappingStrategy
 
     @classmethod
     def of(cls, name: str, factory: Factory, settings: MappingSettings) -> _OwnStrategy:
         """Make it with the settings, or without them if it takes none; raises UsageError if that fails."""
-        file = str(getattr(sys.modules.get(factory.__module__), "__file__", None) or "")
         try:
             made = factory(settings) if signature(factory).parameters else factory()  # type: ignore[call-arg]
         except Exception as error:  # whatever a user's code raises
-            raise UsageError(where_it_failed(called_of_user(name), file, error)) from error
+            raise UsageError(where_it_failed(called_of_user(name), error)) from error
         if not callable(getattr(made, "map", None)):
             raise UsageError(f"{called_of_user(name)} has no method map(camera, log, landmarks); see MappingStrategy")
-        return cls(name, file, made)
+        return cls(name, made)
 
     @property
     def needs(self) -> str:
@@ -135,7 +148,7 @@ class _OwnStrategy:
         try:
             mapped = self.strategy.map(camera, log, landmarks)
         except Exception as error:  # whatever a user's code raises
-            raise SessionError(where_it_failed(called_of_user(self.name), self.file, error)) from error
+            raise SessionError(where_it_failed(called_of_user(self.name), error)) from error
         found = f"{len(mapped.status)} frames" if isinstance(mapped, Trajectory) else type(mapped).__name__
         if found != f"{len(camera.time_ns)} frames":
             expected = f"expected a Trajectory of {len(camera.time_ns)} frames"

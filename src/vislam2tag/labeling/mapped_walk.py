@@ -20,7 +20,7 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import level_view
 from vislam2tag.labeling.tables import LabelledWalk, label_readings, trajectory_table
-from vislam2tag.sessions.in_memory import checked_column
+from vislam2tag.sessions.in_memory import checked_column, recognised
 
 _CAUSES = {name: style.meaning for name, style in STATUS_STYLES.items() if name != Status.OK.label}
 
@@ -68,13 +68,15 @@ class MappedWalk(Drawable, Tabular):
     def label(self, table: GivenTable, time_column: str = "time_ns") -> pl.DataFrame:
         """Add ``x``, ``y``, ``z``, ``sigma`` (metres) and ``status`` to a table, as ``process`` does to its own.
 
-        ``time_column`` has times on the poses' clock, integers, nanoseconds. ``floor`` is added, too, if the landmarks
+        ``time_column`` has times on the poses' clock, integers, nanoseconds. Without ``time_ns``, a column is
+        recognised by its header, such as ``timestamp`` or ``time_s``. ``floor`` is added, too, if the landmarks
         have several. Raises UsageError if the column is missing or wrong, or if the table has one of those already.
         """
         rows = frame_of(table, "table")
-        if time_column not in rows.columns:
+        times_of = recognised(rows, (time_column,)) if time_column == "time_ns" else rows
+        if time_column not in times_of.columns:
             raise UsageError(f"table: the column {time_column} is missing; it has {', '.join(rows.columns) or 'none'}")
-        time_ns = checked_column(rows, "table", time_column, pl.Int64).alias("time_ns")
+        time_ns = checked_column(times_of, "table", time_column, pl.Int64).alias("time_ns")
         times = pl.DataFrame([time_ns, pl.Series("repeated", np.zeros(len(time_ns), dtype=np.bool_))])
         labels = label_readings(times, self.walk.mapped, self.walk.settings)
         labels = labels.drop("time_ns", *(["floor"] if len(self.floors) < 2 else []), strict=False)

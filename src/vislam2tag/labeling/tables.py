@@ -14,6 +14,7 @@ import numpy as np
 import polars as pl
 
 from vislam2tag import __version__
+from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.table_files import write_parquet
 from vislam2tag.common.given_tables import GivenTable, frame_of
@@ -24,6 +25,7 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.new_frame import changed_table
 from vislam2tag.labeling.settings import LabelRule, LabelSettings, ProcessSettings
+from vislam2tag.sessions.in_memory import checked_column, recognised
 from vislam2tag.sessions.model import Attachment
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.frame_change import FrameChange
@@ -130,15 +132,15 @@ def label_readings(
 ) -> pl.DataFrame:
     """Add ``x``, ``y``, ``z`` (BCS, metres), ``sigma`` (metres) and ``status`` to a table of readings.
 
-    ``table`` (Polars, pandas or Arrow) has ``time_ns`` and ``repeated`` (see
-    :class:`~vislam2tag.sessions.model.Session`); rows and their order stay.
+    ``table`` (Polars, pandas or Arrow) has ``time_ns``, and may have ``repeated`` (see
+    :class:`~vislam2tag.sessions.model.Session`); rows and their order stay. Raises UsageError without times.
     A reading is ``uncertain`` where its own sigma exceeds the settings' limit. A repeated reading is
     ``duplicate`` and has no position: the first one counts. Readings in an excluded span (start included, end not;
     boot-clock ns) are ``invalid`` and have none either. Readings of a device that was ``attached`` are less sure: by
     the way walked within its clock's sigma, and by how far from the camera it was carried. If the trajectory has
     floors, ``floor`` is added, too.
     """
-    table = frame_of(table, "table")
+    table = _readings(table)
     labels = _labels(table, trajectory, settings)
     if attached is not None:
         labels = _less_sure(labels, table["time_ns"].to_numpy(), trajectory, settings.max_gap_s, attached)
@@ -156,6 +158,18 @@ def label_readings(
         pl.Series("sigma", labels.sigma_m, nan_to_null=True),
         status_text(status),
     )
+
+
+def _readings(table: GivenTable) -> pl.DataFrame:
+    """A table of readings with ``time_ns``, integers, and ``repeated``."""
+    rows = recognised(frame_of(table, "table"), ("time_ns",))
+    if "time_ns" not in rows.columns:
+        raise UsageError(f"table: the column time_ns is missing; it has {', '.join(rows.columns) or 'none'}")
+    if rows.schema["time_ns"] != pl.Int64:
+        rows = rows.with_columns(checked_column(rows, "table", "time_ns", pl.Int64).alias("time_ns"))
+    if "repeated" not in rows.columns:
+        return rows.with_columns(repeated=pl.lit(value=False))
+    return rows.with_columns(pl.col("repeated").cast(pl.Boolean).fill_null(value=False))
 
 
 def walked_within_sigma(

@@ -8,11 +8,13 @@ are kept, because errors are larger without them (docs/results/how-good.md).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError
+from vislam2tag.common.tabular import Frames, TabularResult, column_frame
 from vislam2tag.core.arrays import BoolArray
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.changes import APPEARED, MOVED, VANISHED, survey_changes
@@ -25,9 +27,11 @@ from vislam2tag.positioning.radio_scans import RadioScans, Rows, TextArray, join
 _FINGERPRINT = ["scan_id", "building", "floor", "x", "y", "z", "sigma", "device", "session", "start_ns"]
 
 
-@dataclass(frozen=True)
-class LearningData:
+@dataclass(frozen=True, repr=False)
+class LearningData(TabularResult):
     """``n`` labelled fingerprints, in the order of the data set."""
+
+    main_table: ClassVar[str] = "fingerprints"
 
     ids: TextArray
     """(n,) scan_id."""
@@ -48,6 +52,41 @@ class LearningData:
     def _among(self, ids: pl.Series) -> BoolArray:
         """Which scans (n,) have one of these ids."""
         return np.isin(self.ids, ids.to_numpy().astype(np.str_))
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "fingerprints": len(self),
+            "access points": len(self.scans.access_points),
+            "floors": len(self.places.storeys),
+        }
+
+    def _frames(self) -> Frames:
+        return {"fingerprints": self._fingerprint_frame, "readings": self._reading_frame}
+
+    def _fingerprint_frame(self) -> pl.DataFrame:
+        """Places of the fingerprints, BCS metres; null if a value is not known."""
+        storeys = [self.places.storeys[number] for number in self.places.storey.tolist()]
+        x, y = self.places.xy.T
+        numbers = {"x": x, "y": y, "z": self.places.z, "sigma": self.places.sigma_m}
+        return column_frame(
+            {
+                "scan_id": self.ids,
+                "building": [storey.building for storey in storeys],
+                "floor": [storey.floor for storey in storeys],
+                **numbers,
+            }
+        )
+
+    def _reading_frame(self) -> pl.DataFrame:
+        """Readings of the fingerprints, dBm."""
+        scans = self.scans
+        return column_frame(
+            {
+                "scan_id": self.ids[scans.row],
+                "bssid": np.array(scans.access_points, dtype=np.str_)[scans.column],
+                "rssi_dbm": scans.rssi_dbm,
+            }
+        )
 
 
 def learning_data(dataset: Dataset, technology: str | None = None) -> LearningData:

@@ -35,6 +35,7 @@ from vislam2tag.common.errors import ModelError, UsageError, first_line, import_
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.datasets.model import Grouping, Storey
 from vislam2tag.intake.readings import normal_address
@@ -91,13 +92,21 @@ class _Version(BaseModel):
     format_version: int
 
 
-@dataclass(frozen=True)
-class SavedModel:
+@dataclass(frozen=True, repr=False)
+class SavedModel(TabularResult):
     """A model with its name and origin."""
 
     name: str
     model: Positioner
     origin: ModelOrigin
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "model": self.name,
+            "trained on": self.origin.dataset,
+            "scans": self.origin.scans,
+            "access points": len(self.model.access_points_),
+        }
 
 
 def save_model(saved: SavedModel, path: AnyPath) -> None:

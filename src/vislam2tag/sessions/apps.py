@@ -31,7 +31,7 @@ from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
 from vislam2tag.site.site_table import is_file
 
-_HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
+HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
 """Quaternion (x, y, z, w) between the two conventions of a camera, either way."""
 _ACS_Q_Z_UP = np.array((-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))
 """Quaternion from a frame with z up to one with y up: (x, y, z) becomes (x, z, -y)."""
@@ -45,7 +45,7 @@ def in_acs(poses: FloatArray, camera: str, frame: str = "y-up") -> FloatArray:
     """
     position, orientation = poses[:, :3], poses[:, 3:]
     if camera == "y-down":
-        orientation = multiply(orientation, np.broadcast_to(_HALF_TURN_ABOUT_X, orientation.shape))
+        orientation = multiply(orientation, np.broadcast_to(HALF_TURN_ABOUT_X, orientation.shape))
     if frame == "z-up":
         position = np.stack((position[:, 0], position[:, 2], -position[:, 1]), axis=1)
         orientation = multiply(np.broadcast_to(_ACS_Q_Z_UP, orientation.shape), orientation)

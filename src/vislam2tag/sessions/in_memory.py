@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -14,6 +14,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.given_tables import GivenTable, frame_of, unix_ns
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.intake.columns import find_columns
 from vislam2tag.intake.time_units import FRAMES
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
 from vislam2tag.sessions.model import FileRecord, Session
@@ -40,6 +41,35 @@ _UNITS = {
     **dict.fromkeys(("qx", "qy", "qz", "qw"), ", a unit quaternion's"),
     **dict.fromkeys(("heading_rad", "heading_sigma_rad"), ", radians"),
 }
+
+
+_ROLES = {
+    "time_ns": "time",
+    "id": "landmark",
+    "floor": "floor",
+    **{f"t{axis}": axis for axis in "xyz"},
+    **{name: name for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
+}
+"""The role in the names of headers that each of our columns has."""
+_NS_OF = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9}
+
+
+def recognised(frame: pl.DataFrame, wanted: Iterable[str]) -> pl.DataFrame:
+    """Give columns their names of ours by their headers, with times in ns and lengths in metres if these say the unit.
+
+    A column that has its name already stays as it is.
+    """
+    missing = {_ROLES[name]: name for name in wanted if name in _ROLES and name not in frame.columns}
+    others = [name for name in frame.columns if name not in wanted]
+    made = []
+    for role, column in find_columns(others, missing).items():
+        values = frame[column.name]
+        if values.dtype.is_numeric() and column.unit not in (None, "ns"):
+            values = (values * _NS_OF[column.unit or "ns"]).round().cast(pl.Int64)
+        elif values.dtype.is_numeric() and column.metres not in (None, 1.0):
+            values = values * column.metres
+        made.append(values.alias(missing[role]))
+    return frame.with_columns(made)
 
 
 def checked_column(frame: pl.DataFrame, name: str, column: str, kind: type[pl.DataType]) -> pl.Series:
@@ -73,7 +103,7 @@ def _nulls(column: str, kind: type[pl.DataType], count: int) -> pl.Series:
 
 def _checked(table: GivenTable, name: str, schema: Schema) -> pl.DataFrame:
     """The columns of a schema in their types, behind ``row``, which counts from 1; other columns are left out."""
-    frame = frame_of(table, name)
+    frame = recognised(frame_of(table, name), schema)
     missing = [column for column in schema if column not in frame.columns and column not in _OPTIONAL]
     if missing:
         there = ", ".join(frame.columns) or "none"

@@ -5,11 +5,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
+from typing import ClassVar
 
 import polars as pl
 
 from vislam2tag.common.documentation import page_of
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.tabular import Frames, TabularResult, column_frame, listed_frame
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.context import FixLog
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
@@ -100,8 +103,8 @@ class Attachment:
     lever_arm_m: float
 
 
-@dataclass(frozen=True)
-class Session:
+@dataclass(frozen=True, repr=False)
+class Session(TabularResult):
     """One walk, read whole; raw values, nothing corrected, nothing dropped.
 
     ``tables`` contains every time-stamped table by name (``wifi``, ``sensors``, ...), rows in file order. Each has
@@ -115,6 +118,8 @@ class Session:
     * rtt, where ranges to access points were measured: ``bssid`` text, ``responder`` bool, ``range_m``,
       ``range_sigma_m``, ``rssi_dbm`` float32, ``attempted``, ``successful`` int32
     """
+
+    main_table: ClassVar[str] = "poses"
 
     key: SessionKey
     camera: CameraTrack
@@ -134,3 +139,42 @@ class Session:
     """The tables that a companion recorded, by name."""
     columns: str = ""
     """The content of a ``columns.toml`` that names the columns as they were read; empty for formats without names."""
+
+    def _facts(self) -> dict[str, object]:
+        tables = {name: table.height for name, table in self.tables.items()}
+        return {
+            "session": self.key,
+            "poses": len(self.camera.time_ns),
+            "sightings": len(self.landmarks.frame),
+            **tables,
+            "findings": len(self.findings),
+        }
+
+    def _frames(self) -> Frames:
+        return {
+            "poses": self._pose_frame,
+            "sightings": self._sighting_frame,
+            **{name: partial(_unchanged, table) for name, table in self.tables.items()},
+            "findings": partial(listed_frame, self.findings),
+        }
+
+    def _pose_frame(self) -> pl.DataFrame:
+        """Poses of the camera in the tracker's frame, metres; all of them, whatever their status."""
+        camera = self.camera
+        return column_frame({"time_ns": camera.time_ns, **_pose_columns(camera.position_acs, camera.orientation_acs)})
+
+    def _sighting_frame(self) -> pl.DataFrame:
+        """Sightings of landmarks: their poses in the tracker's frame, metres."""
+        log = self.landmarks
+        columns = _pose_columns(log.position_acs, log.orientation_acs)
+        ids = [log.ids[number] for number in log.landmark.tolist()]
+        return column_frame({"time_ns": self.camera.time_ns[log.frame], "id": ids, **columns})
+
+
+def _pose_columns(position: FloatArray, orientation: FloatArray) -> dict[str, FloatArray]:
+    names = ("tx", "ty", "tz"), ("qx", "qy", "qz", "qw")
+    return dict(zip((*names[0], *names[1]), (*position.T, *orientation.T), strict=True))
+
+
+def _unchanged(table: pl.DataFrame) -> pl.DataFrame:
+    return table

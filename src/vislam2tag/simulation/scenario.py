@@ -11,6 +11,7 @@ import numpy as np
 
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.core.arrays import FloatArray
+from vislam2tag.core.notebook import Summarised
 from vislam2tag.simulation.building import make_building
 from vislam2tag.simulation.model import SimulatedBuilding
 from vislam2tag.simulation.settings import (
@@ -76,8 +77,8 @@ class PlannedSession:
     """How the walk changes floors; None if it stays on its own."""
 
 
-@dataclass(frozen=True)
-class Scenario:
+@dataclass(frozen=True, repr=False)
+class Scenario(Summarised):
     """A survey to simulate."""
 
     seed: int
@@ -96,6 +97,10 @@ class Scenario:
     """Settings that the building was made with, if users chose them."""
     site_seed: int | None = None
     """Seed of access points, beacons and survey errors; None: ``seed``, as for walks."""
+
+    def _facts(self) -> dict[str, object]:
+        floors = ", ".join(str(number) for number in sorted({one.key.floor for one in self.sessions}))
+        return {"seed": self.seed, "severity": self.severity, "sessions": len(self.sessions), "floors": floors}
 
     @property
     def place_seed(self) -> int:

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, FiniteFloat, model_validator
@@ -16,6 +16,7 @@ from pydantic import Field, FiniteFloat, model_validator
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.tracks import Landmarks
@@ -71,8 +72,10 @@ class FrameChange(Record):
         return FrameChange.of(self.number, self.new_T_old.inverse, -self.rise_m)
 
 
-class FrameChanges(Record):
+class FrameChanges(Result):
     """A ``rebase.toml``: the changes of all floors."""
+
+    main_table: ClassVar[str] = "floors"
 
     floors: Annotated[tuple[FrameChange, ...], Field(min_length=1)]
 

@@ -8,18 +8,24 @@ import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from vislam2tag.common.files.store import Listed, Store
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.tabular import Frames, TabularResult, column_frame, listed_frame
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.site.georeference import Georeference
 from vislam2tag.site.plans.source import PlanSource
+
+if TYPE_CHECKING:
+    import polars as pl
 
 COMPANIONS = "companions"
 """Folder of a session that says which recordings of other devices belong to it, and may contain them."""
@@ -167,8 +173,10 @@ class Site:
 
 
 @dataclass(frozen=True, repr=False)
-class Survey(Drawable):
+class Survey(Drawable, TabularResult):
     """A survey folder, looked at but not read: the site, its sessions and what is odd about them."""
+
+    main_table: ClassVar[str] = "sessions"
 
     root: Path
     site: Site
@@ -185,6 +193,20 @@ class Survey(Drawable):
             "sessions": len(self.sessions),
             "findings": len(self.findings),
         }
+
+    def _frames(self) -> Frames:
+        return {
+            "sessions": partial(listed_frame, self.sessions),
+            "landmarks": self._landmark_frame,
+            "findings": partial(listed_frame, self.findings),
+        }
+
+    def _landmark_frame(self) -> pl.DataFrame:
+        """Landmarks in the BCS of their floors, metres; null if a value is not known."""
+        marks = self.site.landmarks
+        columns = ("x", "y", "z", "heading_rad")
+        values = (*marks.position_bcs.T, marks.z_m, marks.heading_rad)
+        return column_frame({"id": marks.ids, "floor": marks.floor, **dict(zip(columns, values, strict=True))})
 
 
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")

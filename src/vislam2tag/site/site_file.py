@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, FiniteFloat, model_validator
 
@@ -16,6 +16,7 @@ from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.findings import Finding, FindingKind
 from vislam2tag.common.records import Record
+from vislam2tag.common.tabular import Result
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.intake.extents import FLOOR, MAX_LOCAL_M
 from vislam2tag.site.georeference import Georeference, georeference_in_grid
@@ -92,8 +93,10 @@ class FloorPart(Record):
     plan: PlanSource | None = None
 
 
-class SiteFile(Record):
+class SiteFile(Result):
     """The whole file."""
+
+    main_table: ClassVar[str] = "floors"
 
     name: str = ""
     """Of the building."""

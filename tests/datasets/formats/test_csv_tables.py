@@ -23,6 +23,8 @@ def test_pandas_reads_all_rows_of_all_tables(tmp_path: Path) -> None:
         assert [list(row) for row in texts.rows()] == read.drop(columns="started", errors="ignore").to_numpy().tolist()
     columns = pd.read_csv(tmp_path / "columns.csv").set_index(["table", "column"])
     assert columns.loc[("fingerprints", "x"), "unit"] == "m, BCS"
+    for name in {table for table, _ in columns.index} - {"splits"}:
+        assert [each for table, each in columns.index if table == name] == list(pd.read_csv(tmp_path / f"{name}.csv"))
 
 
 def test_splits_are_one_table(tmp_path: Path) -> None:

@@ -173,6 +173,24 @@ def test_what_is_missing_is_said(survey: Path, labels: Path, tmp_path: Path) -> 
     assert not (tmp_path / "out").exists()
 
 
+def test_pictures_that_cannot_be_read_have_their_reason(survey: Path, labels: Path, tmp_path: Path) -> None:
+    shutil.copytree(survey, tmp_path / "damaged")
+    for picture in (tmp_path / "damaged").rglob("images/*"):
+        picture.write_bytes(b"no picture")
+    with pytest.raises(
+        DatasetError, match=r"the pictures of 1 of its sessions cannot be read, .*cannot identify image"
+    ):
+        export(labels, tmp_path / "out", "lamar", ExportOptions(survey=tmp_path / "damaged"))
+
+
+def test_raw_files_that_have_changed_are_refused(survey: Path, labels: Path, tmp_path: Path) -> None:
+    shutil.copytree(survey, tmp_path / "changed")
+    with next((tmp_path / "changed").rglob("sightings.csv")).open("a", encoding="utf-8") as file:
+        file.write("\n")
+    with pytest.raises(UsageError, match=r"sightings.csv has changed since the labels were made"):
+        export(labels, tmp_path / "out", "colmap", ExportOptions(survey=tmp_path / "changed"))
+
+
 @pytest.mark.parametrize(("name", "device"), [("colmap", "my iPad"), ("kapture", "iPad,2"), ("lamar", "iPad,2")])
 def test_names_that_a_layout_would_cut_are_refused(name: str, device: str, tmp_path: Path) -> None:
     survey = write_survey(tmp_path / "survey")

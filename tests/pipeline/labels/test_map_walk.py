@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from polars.testing import assert_frame_equal
 
 import vislam2tag as vt
 from tests.surveys import make_survey
@@ -80,6 +82,58 @@ def test_pandas_arrow_and_lazy_tables_give_the_same(walk: Walk) -> None:
     )
     labelled = walk.mapped.label(poses[["time_ns"]])
     assert labelled["x"].equals(walk.mapped.frames["x"])
+
+
+def nullable(table: pd.DataFrame) -> pd.DataFrame:
+    return table.convert_dtypes()
+
+
+def of_arrow(table: pd.DataFrame) -> pd.DataFrame:
+    return table.convert_dtypes(dtype_backend="pyarrow")
+
+
+def of_objects(table: pd.DataFrame) -> pd.DataFrame:
+    return table.astype(object)
+
+
+def indexed(table: pd.DataFrame) -> pd.DataFrame:
+    return table.set_index(table.columns[0])
+
+
+def categorical(table: pd.DataFrame) -> pd.DataFrame:
+    return table.astype({"id": str}).astype({"id": "category"}) if "id" in table else table
+
+
+def dated(table: pd.DataFrame) -> pd.DataFrame:
+    if "time_ns" not in table:
+        return table
+    times = pd.to_datetime(table["time_ns"], utc=True).dt.tz_convert("Europe/Berlin")
+    return table.assign(time_ns=times)
+
+
+@pytest.mark.parametrize("kind", [nullable, of_arrow, of_objects, indexed, categorical, dated])
+def test_every_kind_of_pandas_table_gives_the_same(walk: Walk, kind: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
+    tables = [kind(table.to_pandas()) for table in (walk.poses, walk.sightings, walk.landmarks)]
+    mapped = vt.map_walk(*tables, sensors=kind(walk.sensors.to_pandas()))
+    assert mapped.frames.equals(walk.mapped.frames)
+    assert mapped.label(tables[0])["sigma"].equals(walk.mapped.frames["sigma"])
+
+
+def test_columns_are_recognised_by_usual_headers(walk: Walk) -> None:
+    names = {"tx": "pos_x [mm]", "ty": "pos_y [mm]", "tz": "pos_z [mm]", "time_ns": "time_us", "id": "marker_id"}
+    names |= {f"q{axis}": f"quat_{axis}" for axis in "xyzw"}
+
+    def headed(table: pl.DataFrame) -> pd.DataFrame:
+        frame = table.to_pandas()
+        millimetres = {name: frame[name] * 1000 for name in ("tx", "ty", "tz")}
+        return frame.assign(**millimetres, time_ns=frame["time_ns"] / 1000).rename(columns=names)
+
+    landmarks = walk.landmarks.to_pandas().rename(columns={"id": "tag", "x": "east", "y": "north"})
+    mapped = vt.map_walk(headed(walk.poses), headed(walk.sightings), landmarks, sensors=walk.sensors)
+    columns = ["x", "y", "z", "sigma", "status"]
+    assert_frame_equal(mapped.frames.select(columns), walk.mapped.frames.select(columns), abs_tol=1e-5)
+    labelled = mapped.label(walk.poses.select(walk.poses["time_ns"].alias("timestamp"))).to_pandas()
+    assert np.allclose(labelled["x"], walk.mapped.frames["x"], atol=1e-5, equal_nan=True)
 
 
 @given(st.data())

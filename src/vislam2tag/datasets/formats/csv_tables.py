@@ -37,7 +37,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
         context.progress(name, len(tables))
     if dataset.splits:
         write_csv(splits_table(dataset.splits), folder, SPLITS_FILE)
-    write_csv(columns_table(dataset), folder, COLUMNS_FILE)
+    write_csv(columns_table(dataset, HOLDS), folder, COLUMNS_FILE)
     return ()
 
 

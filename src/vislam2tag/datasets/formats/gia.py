@@ -6,14 +6,13 @@ Annotated tables by floor, phone and session, with the raw files next to them; w
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import polars as pl
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.archives import folder_of, names_in
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import read_bytes
@@ -43,7 +42,7 @@ from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, Floor
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings
-from vislam2tag.datasets.writing import shared_labels
+from vislam2tag.datasets.writing import raw_session, refuse_changed_files, shared_labels
 from vislam2tag.intake.readings import admitted
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.tables import SCHEMAS as LABELLED
@@ -53,7 +52,7 @@ from vislam2tag.sessions.registry import at_hand, format_of, open_survey
 from vislam2tag.site.corrections.file import session_start
 from vislam2tag.site.discover import read_site, session_folders
 from vislam2tag.site.links import left_out_files, outside_link
-from vislam2tag.site.model import SessionKey, SessionRef, session_slugs
+from vislam2tag.site.model import SessionKey, session_slugs
 from vislam2tag.site.plans.load import plan_file
 
 TECHNOLOGY = "wifi"
@@ -214,8 +213,8 @@ def write(labels: Path, folder: Folder, context: ExportContext) -> tuple[Finding
         if _write_session(session, result, own, private, lost):
             written += 1
             if context.survey:
-                with at_hand(_raw_session(raw, result, context.survey), whole=True) as here:
-                    _refuse_other_files(here, result, context.survey)
+                with at_hand(raw_session(raw, result, context.survey), whole=True) as here:
+                    refuse_changed_files(here, result, context.survey)
                     _copy_session(here.folder, own, session, private, lost)
         context.progress(result.session, len(opened.sessions))
     if not written:
@@ -288,23 +287,6 @@ def _shortest(levels: pl.Series) -> pl.Expr:
     """Levels as whole numbers if all are, as in the published files."""
     known = levels.drop_nulls()
     return pl.col("rssi_dbm").cast(pl.Int32) if (known == known.round()).all() else pl.col("rssi_dbm")
-
-
-def _raw_session(raw: Mapping[SessionKey, SessionRef], result: SessionResult, survey: Path) -> SessionRef:
-    key = SessionKey(result.floor, result.device, result.session)
-    if key not in raw:
-        raise UsageError(f"--survey {survey}: no session {key}; pass the survey that the labels were made from")
-    return raw[key]
-
-
-def _refuse_other_files(here: SessionRef, result: SessionResult, survey: Path) -> None:
-    for account in result.files:
-        file = here.folder / account.name
-        if account.role != "companion" and (not file.is_file() or sha256_of(file) != account.sha256):
-            raise UsageError(
-                f"--survey {survey}: {here.key}: {account.name} has changed since the labels were made; run "
-                "`vislam2tag process` again"
-            )
 
 
 def _copy_session(

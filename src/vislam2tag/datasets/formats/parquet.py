@@ -7,7 +7,7 @@ column. The metadata of ``fingerprints.parquet`` contain the manifest, so readin
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import polars as pl
@@ -57,12 +57,16 @@ def splits_table(splits: Mapping[str, Split]) -> pl.DataFrame:
     return pl.concat(tables).cast(pl.String())
 
 
-def columns_table(dataset: Dataset) -> pl.DataFrame:
-    """Type and unit of each column of a data set's tables: ``table``, ``column``, ``type``, ``unit``."""
+def columns_table(dataset: Dataset, held: Mapping[str, Collection[str]] = SCHEMAS) -> pl.DataFrame:
+    """Type and unit of each column of a data set's tables: ``table``, ``column``, ``type``, ``unit``.
+
+    ``held`` are the columns that a format writes, by table.
+    """
     rows = [
         {"table": name, "column": column, "type": str(kind), "unit": UNITS.get(column)}
         for name in dataset.tables
         for column, kind in SCHEMAS[name].items()
+        if column in held.get(name, ())
     ]
     rows += [
         {"table": "splits", "column": column, "type": "String", "unit": None}

@@ -23,7 +23,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from vislam2tag.common.documentation import page_of
-from vislam2tag.common.errors import DatasetError, SessionError, UsageError, import_extra
+from vislam2tag.common.errors import DatasetError, SessionError, UsageError, first_line, import_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.findings import Finding, finding_if
@@ -32,9 +32,10 @@ from vislam2tag.core.status import has_position
 from vislam2tag.core.transforms import multiply, rotated
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
-from vislam2tag.datasets.writing import UNMAPPED, shared_labels
+from vislam2tag.datasets.writing import UNMAPPED, raw_session, refuse_changed_files, shared_labels
+from vislam2tag.labeling.results import SessionResult
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, trajectory_of
-from vislam2tag.sessions.apps import AppFormat, Pictures
+from vislam2tag.sessions.apps import HALF_TURN_ABOUT_X, AppFormat, Pictures
 from vislam2tag.sessions.registry import FORMATS, at_hand, open_survey
 from vislam2tag.site.model import SessionKey, SessionRef
 
@@ -44,8 +45,6 @@ HOLDS = {
         *("session", "device", "floor"),
     )
 }
-_HALF_TURN_ABOUT_X = np.array((1.0, 0.0, 0.0, 0.0))
-"""From a camera with y down to one with y up."""
 _INVERSE = np.array((-1.0, -1.0, -1.0, 1.0))
 COVARIANCES_FILE = "covariances.txt"
 _COVARIANCES = "# name, xx, xy, yy (m2, in the frame of the floor)"
@@ -98,6 +97,8 @@ class _Counts:
     unmapped: int = 0
     without_pictures: int = 0
     without_pose: int = 0
+    unreadable: dict[str, str] = field(default_factory=dict)
+    """Reasons by session."""
     videos: list[str] = field(default_factory=list)
 
 
@@ -131,11 +132,11 @@ def _writer(write: _Write) -> Callable[[Path, Folder, ExportContext], tuple[Find
 
 
 def _nothing(counts: _Counts, sessions: int) -> str:
+    if counts.unreadable and counts.without_pictures + len(counts.unreadable) == sessions:
+        session, reason = next(iter(counts.unreadable.items()))
+        return f"the pictures of {len(counts.unreadable)} of its sessions cannot be read, such as {session}: {reason}"
     if counts.without_pictures == sessions:
-        return (
-            "none of its sessions has pictures that can be read; apps that record pictures are listed in "
-            f"{page_of('how-to/iphone')}"
-        )
+        return f"none of its sessions has pictures; apps that record pictures are listed in {page_of('how-to/iphone')}"
     if counts.without_pose:
         return (
             f"none of its {counts.without_pose} pictures has a pose with a height. Heights need the elevation of the "
@@ -148,8 +149,15 @@ def _nothing(counts: _Counts, sessions: int) -> str:
 def _findings(counts: _Counts) -> tuple[Finding, ...]:
     return (
         *finding_if(counts.unmapped, "unmapped_sessions", UNMAPPED),
-        *finding_if(
-            counts.without_pictures, "sessions_without_pictures", "sessions without readable pictures are skipped"
+        *finding_if(counts.without_pictures, "sessions_without_pictures", "sessions without pictures are skipped"),
+        *(
+            Finding(
+                kind="unreadable_pictures",
+                file=session,
+                count=1,
+                message=f"the pictures cannot be read, so the session is skipped: {reason}",
+            )
+            for session, reason in counts.unreadable.items()
         ),
         *finding_if(
             counts.without_pose, "pictures_without_pose", "pictures without position, height or orientation are skipped"
@@ -175,10 +183,12 @@ def _of_session(
 ) -> Iterator[tuple[int, PosedPictures]]:
     """Yield the pictures that have a pose, by floor."""
     result = session.result()
-    key = SessionKey(result.floor, result.device, result.session)
-    if key not in refs:
-        raise UsageError(f"--survey {survey}: no session {key}; pass the survey that the labels were made from")
-    found = _pictures(refs[key], counts)
+    ref = raw_session(refs, result, survey)
+    try:
+        found = _pictures(ref, result, survey, counts)
+    except (SessionError, OSError, UnidentifiedImageError) as error:
+        counts.unreadable[session.slug] = first_line(error)
+        return
     if found is None:
         counts.without_pictures += 1
         return
@@ -206,7 +216,7 @@ def _of_session(
                 size_px,
                 pictures.time_ns[kept],
                 trajectory.position_bcs[frame[kept]],
-                multiply(turn, np.broadcast_to(_HALF_TURN_ABOUT_X, turn.shape)),
+                multiply(turn, np.broadcast_to(HALF_TURN_ABOUT_X, turn.shape)),
                 trajectory.covariance_bcs[frame[kept]],
                 camera.ravel().astype(np.int64),
                 lens_px,
@@ -214,27 +224,31 @@ def _of_session(
         )
 
 
-def _pictures(ref: SessionRef, counts: _Counts) -> tuple[Pictures, list[str], tuple[int, int]] | None:
-    """Pictures of a session, their names within the survey and their size; None if it has none that can be read."""
+def _pictures(
+    ref: SessionRef, result: SessionResult, survey: Path, counts: _Counts
+) -> tuple[Pictures, list[str], tuple[int, int]] | None:
+    """Pictures of a session, their names within the survey and their size; None if it has none.
+
+    Raises SessionError, OSError or UnidentifiedImageError if they cannot be read, UsageError if raw files have changed.
+    """
     known = FORMATS.named(ref.format) if ref.format in FORMATS.names() else None
     if not isinstance(known, AppFormat):
         return None
     root = f"floor_{ref.key.floor}/{ref.key.device}/{ref.key.session}"
-    try:
-        with at_hand(ref, whole=True) as here:
-            pictures = known.pictures(here.folder)
-            if pictures is None or not len(pictures.time_ns):
-                return None
-            if pictures.video is not None and pictures.frame is not None:
-                video = f"{root}/{pictures.video.relative_to(here.folder).as_posix()}"
-                counts.videos.append(video)
-                stem = Path(video).with_suffix("").as_posix()
-                return pictures, [f"{stem}/{frame:06d}.jpg" for frame in pictures.frame.tolist()], _of_video(pictures)
-            names = [f"{root}/{file.relative_to(here.folder).as_posix()}" for file in pictures.files]
-            with Image.open(plain(pictures.files[0])) as image:
-                return pictures, names, image.size
-    except (SessionError, OSError, UnidentifiedImageError):
-        return None
+    with at_hand(ref, whole=True) as here:
+        refuse_changed_files(here, result, survey)
+        pictures = known.pictures(here.folder)
+        if pictures is None or not len(pictures.time_ns):
+            return None
+        if pictures.video is not None and pictures.frame is not None:
+            size_px = _of_video(pictures)
+            video = f"{root}/{pictures.video.relative_to(here.folder).as_posix()}"
+            counts.videos.append(video)
+            stem = Path(video).with_suffix("").as_posix()
+            return pictures, [f"{stem}/{frame:06d}.jpg" for frame in pictures.frame.tolist()], size_px
+        names = [f"{root}/{file.relative_to(here.folder).as_posix()}" for file in pictures.files]
+        with Image.open(plain(pictures.files[0])) as image:
+            return pictures, names, image.size
 
 
 def _of_video(pictures: Pictures) -> tuple[int, int]:

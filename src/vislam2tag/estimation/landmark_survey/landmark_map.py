@@ -95,6 +95,12 @@ class LandmarkMap:
         return (covariance + covariance.T) / 2
 
     @property
+    def placed(self) -> BoolArray:
+        """(m,) landmarks that the survey or a walk places."""
+        variance = np.trace(self.position_covariance, axis1=1, axis2=2) / 2
+        return np.asarray(variance < (FREE_M / 2) ** 2)
+
+    @property
     def agreed(self) -> BoolArray:
         """(m,) surveyed landmarks whose place is not less certain with the walks than by its survey."""
         variance = np.trace(self.position_covariance, axis1=1, axis2=2)

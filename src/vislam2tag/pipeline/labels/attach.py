@@ -14,6 +14,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, SessionError, Us
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.intake.time_units import other_day, unix_span
@@ -37,8 +38,8 @@ LEVER_ARM_M = 0.3
 """Assumed distance between two devices that one person carries."""
 
 
-@dataclass(frozen=True)
-class Attached:
+@dataclass(frozen=True, repr=False)
+class Attached(TabularResult):
     """A written tie: its file, and the recording's tables with the number of rows within the walk."""
 
     written: Path
@@ -50,6 +51,9 @@ class Attached:
     """Methods that could not estimate the offset, with their figures."""
     findings: tuple[Finding, ...] = ()
     """Findings about addresses and levels of the recording."""
+
+    def _facts(self) -> dict[str, object]:
+        return {"written": self.written, "taken for": self.taken_for, "tables": ", ".join(self.rows)}
 
 
 def attach(

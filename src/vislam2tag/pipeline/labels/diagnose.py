@@ -20,6 +20,7 @@ from vislam2tag.common.errors import MissingExtraError, SessionError, SurveyErro
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import FaultKind
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.core.tracks import longest_section
 from vislam2tag.estimation.dead_reckoning.bridging import bridged_observations
 from vislam2tag.estimation.dead_reckoning.walk import LeftOut
@@ -72,8 +73,8 @@ class MappedShare:
     expected_m: float = 0.0
 
 
-@dataclass(frozen=True)
-class DiagnosedSession:
+@dataclass(frozen=True, repr=False)
+class DiagnosedSession(TabularResult):
     """Result of a worker."""
 
     key: SessionKey

@@ -14,7 +14,14 @@ from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
-from vislam2tag.estimation.strategy import strategies_for_poses, strategy_named
+from vislam2tag.estimation.strategy import (
+    Factory,
+    MappingStrategy,
+    refuse_elsewhere,
+    strategies_for_poses,
+    strategy_known_as,
+    strategy_named,
+)
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.evaluate_session import (
     TRAJECTORIES,
@@ -49,7 +56,7 @@ def evaluate(
     out: AnyPath,
     settings: ProcessSettings | None = None,
     *,
-    strategies: Sequence[str] = (),
+    strategies: Sequence[str | Factory | MappingStrategy] = (),
     truth: AnyPath | None = None,
     clock_drift: bool = False,
     progress: Progress[SessionEvaluation] = silent,
@@ -57,6 +64,8 @@ def evaluate(
     **choices: Unpack[RunChoices],
 ) -> SurveyEvaluation:
     """Evaluate strategies (none named: all) on a survey against all its ground truth (docs/how-to/evaluate.md).
+
+    A strategy is a name, ``NAME.py:CLASS``, or a class, a function or an object of your own.
 
     ``truth`` is a folder with a truth file for each session, called by its slug, instead of those in the sessions'
     folders. With ``clock_drift`` a total station's clock may run at another rate than the phone's. ``landmarks``,
@@ -68,9 +77,11 @@ def evaluate(
     or a selection that matches nothing, OutputError if ``out`` cannot be written or is not ours.
     """
     out, truth, settings = Path(out), path_or_none(truth), settings or ProcessSettings()
-    names = tuple(dict.fromkeys(strategies)) or strategies_for_poses()
+    names = tuple(dict.fromkeys(map(strategy_known_as, strategies))) or strategies_for_poses()
     for name in names:
         strategy_named(name, settings.mapping)
+        if choices.get("jobs", 1) > 1:
+            refuse_elsewhere(name)
     if truth is not None and not truth.is_dir():
         raise UsageError(
             f"--truth {truth}: not a folder; expected a folder with a file for each session, such as SLUG.tum"

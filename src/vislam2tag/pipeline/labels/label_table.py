@@ -19,7 +19,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_json
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.given_tables import GivenTable, frame_of, times_in_text
-from vislam2tag.common.tabular import Tabular
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.clocks import ClockAlignment, Heard, align_by_levels, align_by_motion
 from vislam2tag.core.interpolation import label_by_interpolation
@@ -135,8 +135,8 @@ _YEARS_NS = 10**18
 """30 years: times further after a phone's boot do not count from its boot."""
 
 
-@dataclass(frozen=True)
-class TableLabels(Tabular):
+@dataclass(frozen=True, repr=False)
+class TableLabels(TabularResult):
     """A table with its positions, and how they were assigned; ``to_pandas()`` returns the table for pandas."""
 
     main_table: ClassVar[str] = "table"
@@ -147,6 +147,9 @@ class TableLabels(Tabular):
     """Assumptions about columns and clocks, one sentence each."""
     counts: Mapping[str, int]
     """Rows by status."""
+
+    def _facts(self) -> dict[str, object]:
+        return {"rows": self.table.height, **self.counts}
 
     def _frames(self) -> dict[str, Callable[[], pl.DataFrame]]:
         return {self.main_table: lambda: self.table}

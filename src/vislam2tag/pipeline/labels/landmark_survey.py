@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
 from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.tabular import Frames, TabularResult, column_frame, listed_frame
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.context import Storeys, WalkedWays
 from vislam2tag.core.limits import MAX_JOINT_LANDMARKS
@@ -31,6 +32,9 @@ from vislam2tag.pipeline.run.workers import outcomes_of
 from vislam2tag.sessions.prepared import PreparedSession, SessionTask, prepared_track
 from vislam2tag.sessions.session_landmarks import CLIMB_M
 from vislam2tag.site.model import SessionKey, Site, Survey
+
+if TYPE_CHECKING:
+    import polars as pl
 
 
 class LandmarkPlace(NamedTuple):
@@ -57,8 +61,8 @@ class WalkedPasses:
         return float(np.diff(np.concatenate(([0.0], at_m, [self.whole_m]))).max())
 
 
-@dataclass(frozen=True)
-class ReducedSession:
+@dataclass(frozen=True, repr=False)
+class ReducedSession(TabularResult):
     """A session's input to a joint survey; ``places``, ``z_m`` (k,) are those of the map's landmarks.
 
     ``z_m`` is the height above the floor, metres, NaN if it is not known; ``unused`` are logged ids that only
@@ -80,18 +84,45 @@ class ReducedSession:
     """Its path, if the session has no poses."""
 
 
-@dataclass(frozen=True)
-class JointSurvey:
+@dataclass(frozen=True, repr=False)
+class JointSurvey(TabularResult):
     """The joined map of a survey's landmarks: ``places`` (m,) and ``file`` (m,) belong to the rows of ``joined``.
 
     ``sessions`` are sorted by key; map i of ``joined`` is that of ``mapped[i]``.
     """
+
+    main_table: ClassVar[str] = "landmarks"
 
     survey: Survey
     sessions: tuple[ReducedSession, ...]
     mapped: tuple[ReducedSession, ...]
     places: tuple[LandmarkPlace, ...]
     joined: LandmarkMap
+
+    def _facts(self) -> dict[str, object]:
+        return {
+            "landmarks": len(self.places),
+            "sessions": len(self.sessions),
+            "connected": int(self.joined.tied.sum()),
+            "converged": self.joined.converged,
+        }
+
+    def _frames(self) -> Frames:
+        return {"landmarks": self._landmark_frame, "sessions": partial(listed_frame, self.sessions)}
+
+    def _landmark_frame(self) -> pl.DataFrame:
+        """The joined landmarks, BCS of their floors, metres; null if a value is not known."""
+        known = self.joined.placed
+        covariance = np.where(known[:, None, None], self.joined.position_covariance, np.nan)
+        columns = {
+            "x": np.where(known, self.joined.position.real, np.nan),
+            "y": np.where(known, self.joined.position.imag, np.nan),
+            "cov_xx": covariance[:, 0, 0],
+            "cov_xy": covariance[:, 0, 1],
+            "cov_yy": covariance[:, 1, 1],
+        }
+        names = {"id": [place.landmark for place in self.places], "floor": [place.floor for place in self.places]}
+        return column_frame(names | columns)
 
 
 def reduce_session(settings: MappingSettings, task: SessionTask) -> ReducedSession:

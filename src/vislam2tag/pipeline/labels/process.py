@@ -171,7 +171,8 @@ def map_walk(
         result = vislam2tag.map_walk(poses, sightings, landmarks)
         result.frames, result.findings, result.label(wifi), result.plot()
 
-    Columns; others are ignored, and rows count from 1:
+    Columns; others are ignored, and rows count from 1. Usual headers such as ``timestamp``, ``time_s``, ``px``,
+    ``pos_x [mm]``, ``quat_w`` and ``marker_id`` are recognised, with their unit:
 
     * ``poses``: ``time_ns`` (integers, ns), ``tx, ty, tz`` (metres) and the unit quaternion ``qx, qy, qz, qw``, from
       the camera to the tracker's frame, whose y is up. The camera looks along its own -z;

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from vislam2tag.common.errors import OutputError, SessionError, UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.progress import Progress, Stage, silent
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.sessions.apps import SIGHTINGS_FILE, AppFormat
 from vislam2tag.sessions.registry import FORMATS, at_hand, format_for, open_survey
 from vislam2tag.site.links import write_in_survey
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from vislam2tag.preparation.detect_landmarks import Detector, PictureSighting, Search
 
 
-@dataclass(frozen=True)
-class SightingsFound:
+@dataclass(frozen=True, repr=False)
+class SightingsFound(TabularResult):
     """Result for one session's pictures: ``landmarks`` are the ids found; ``skipped`` or ``error`` give the reason why
     none were searched for.
     """

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 from vislam2tag import __version__
 from vislam2tag.common.errors import Vislam2tagError
@@ -14,6 +15,7 @@ from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles
 from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.progress import Progress, Stage, silent
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.datasets.folder import is_dataset, open_dataset
 from vislam2tag.datasets.statistics_record import (
     PAPER_FINGERPRINTS,
@@ -65,9 +67,11 @@ _OWN = OwnFiles.of(
 NAMES = {name: name_of(name) for name in STRATEGIES}
 
 
-@dataclass(frozen=True)
-class ReproducedPaper:
+@dataclass(frozen=True, repr=False)
+class ReproducedPaper(TabularResult):
     """Results of a reproduction, and its failures."""
+
+    main_table: ClassVar[str] = "tables"
 
     tables: list[TablePart]
     collection: CollectionPart

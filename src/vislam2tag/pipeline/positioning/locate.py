@@ -13,6 +13,7 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Answer, Finding, Judgement, counted
+from vislam2tag.common.tabular import Frames, TabularResult
 from vislam2tag.datasets.folder import dataset_in, is_dataset, open_dataset
 from vislam2tag.datasets.model import SessionTables, each_session
 from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name
@@ -72,9 +73,9 @@ def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
     )
 
 
-@dataclass(frozen=True)
-class LocatedScans:
-    """Counts of scans by result."""
+@dataclass(frozen=True, repr=False)
+class LocatedScans(TabularResult):
+    """Counts of scans by result, and their positions unless they were written."""
 
     scans: int
     unknown: int
@@ -95,6 +96,20 @@ class LocatedScans:
     """Scans without a known BLE beacon, if the model was trained on Wi-Fi and BLE together."""
     usable: int = 0
     """Scans with at least one usable reading."""
+    positions: pl.DataFrame | None = None
+    """A row for each scan with the columns :data:`LOCATED`; None if they were written."""
+
+    def table_names(self) -> tuple[str, ...]:
+        """Names of the tables: ``positions``, unless they were written, and ``summary``."""
+        return tuple(self._frames())
+
+    def to_frame(self, table: str | None = None) -> pl.DataFrame:
+        """Return the positions, or the table named; raises UsageError for an unknown name."""
+        return super().to_frame(table or self.table_names()[0])
+
+    def _frames(self) -> Frames:
+        positions = self.positions
+        return super()._frames() if positions is None else {"positions": lambda: positions, **super()._frames()}
 
     @property
     def located(self) -> int:
@@ -153,13 +168,15 @@ class _WalkEstimation:
 def locate(
     model: AnyPath,
     scans: AnyPath,
-    write: Write,
+    write: Write | None = None,
     *,
-    as_json: bool,
+    as_json: bool = False,
     key: bytes | None = None,
     walks: WalkPlan | None = None,
 ) -> LocatedScans:
     """Locate the scans of a file, a data set or a recording; ``write`` gets CSV or JSON lines, block by block.
+
+    Without ``write``, the result has the positions: ``locate(model, scans).to_pandas()``.
 
     A recording is a session folder or a Wi-Fi file as a phone or an app wrote it. Its poses are its track, unless
     ``walks`` name another.
@@ -185,6 +202,7 @@ def locate(
     else:
         blocks = scan_blocks(scans, bad, name, saved.model.access_points_)
     helping = _WalkEstimation(walks)
+    kept = [pl.DataFrame(schema=LOCATED)]
     head = "" if as_json else ",".join(LOCATED) + "\n"
     count = unknown = unlike = usable = without_wifi = without_ble = 0
     for block in blocks:
@@ -195,9 +213,13 @@ def locate(
         without_wifi, without_ble = without_wifi + missing[0], without_ble + missing[1]
         rows = located_table(block.ids, found)
         unlike += int((rows["status"] == UNLIKE).sum())
+        if write is None:
+            kept.append(rows)
+            continue
         write(head + (rows.write_ndjson() if as_json else rows.write_csv(include_header=False)))
         head = ""  # written with the first scans, so that a file without any is refused before
-    write(head)
+    if write is not None:
+        write(head)
     advice = None if key is not None or of_dataset else hashing_advice(saved)
     points = len(saved.model.access_points_)
     return LocatedScans(
@@ -212,6 +234,7 @@ def locate(
         without_wifi,
         without_ble,
         usable,
+        None if write is not None else pl.concat(kept),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from vislam2tag.common.errors import DatasetError, OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
+from vislam2tag.common.tabular import Frames, TabularResult, listed_frame
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.model import Dataset, Fold, Split
@@ -60,8 +62,8 @@ class HeldOutResult:
     """The same."""
 
 
-@dataclass(frozen=True)
-class TrainedModel:
+@dataclass(frozen=True, repr=False)
+class TrainedModel(TabularResult):
     """A model that was trained and saved."""
 
     saved: SavedModel
@@ -73,6 +75,15 @@ class TrainedModel:
     """None if nothing was updated."""
     findings: tuple[Finding, ...] = ()
     """Readings of the data set that were skipped because they are impossible."""
+
+    def _facts(self) -> dict[str, object]:
+        median_m = None if self.tested is None else self.tested.score.plane.median_m
+        tested = {} if median_m is None else {"median error": f"{median_m:.2f} m"}
+        return {**self.saved._facts(), **tested}
+
+    def _frames(self) -> Frames:
+        frames = super()._frames()
+        return frames if self.trial is None else {**frames, "tried": partial(listed_frame, self.trial.tried)}
 
 
 def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[float] = silent) -> TrainedModel:

@@ -16,6 +16,7 @@ from typing import TypeVar
 
 from vislam2tag.common.errors import OutputError, SessionError, Vislam2tagError
 from vislam2tag.common.files.folder import Folder
+from vislam2tag.common.plugins import foreign_failure
 from vislam2tag.common.visible_text import VisibleFormatter
 
 LOG_FILE = "log.txt"
@@ -40,7 +41,9 @@ def reason(what: object, error: Exception) -> str:
     """
     if isinstance(error, OutputError):
         raise error
-    return str(error) if isinstance(error, SessionError) else unexpected(what, error)
+    if isinstance(error, SessionError):
+        return str(error)
+    return foreign_failure(error) or unexpected(what, error)
 
 
 def done_or_failed(what: object, work: Callable[[], _Outcome], failed: Callable[[str], _Outcome]) -> _Outcome:

@@ -10,6 +10,7 @@ from typing import Self, TypedDict, TypeVar, cast
 
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
+from vislam2tag.estimation.strategy import refuse_elsewhere
 from vislam2tag.labeling.settings import GivenSettings, ProcessSettings
 from vislam2tag.pipeline.run.workers import Executor, process_all
 from vislam2tag.sessions.prepared import SessionTask
@@ -104,8 +105,13 @@ class OpenedSurvey:
         jobs: int = 1,
         executor: Executor | None = None,
     ) -> Self:
-        """Open a survey for a command; raises SurveyError as :func:`~vislam2tag.sessions.registry.open_survey`."""
+        """Open a survey for a command; raises SurveyError as :func:`~vislam2tag.sessions.registry.open_survey`.
+
+        Raises UsageError for a strategy of a notebook if sessions run in other processes.
+        """
         settings = settings or ProcessSettings()
+        if jobs > 1 or executor is not None:
+            refuse_elsewhere(settings.strategy)
         survey = open_survey(root, settings.survey.landmark_sigma_m, landmarks, use_planned=settings.survey.use_planned)
         run_all = executor or partial(process_all, workers=jobs)
         corrections = read_corrections(survey.root)

@@ -18,6 +18,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath, read_json
 from vislam2tag.common.files.toml_file import first_problem
 from vislam2tag.common.findings import counted
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.common.text_tables import csv_rows
 from vislam2tag.core.transforms import Similarity2
 from vislam2tag.pipeline.site.floor_fit import floor_fit_notes
@@ -52,8 +53,8 @@ class FloorChanges:
     """Names of excluded rooms that count again."""
 
 
-@dataclass(frozen=True)
-class SiteChange:
+@dataclass(frozen=True, repr=False)
+class SiteChange(TabularResult):
     """What was changed, and what follows from it."""
 
     done: tuple[str, ...]

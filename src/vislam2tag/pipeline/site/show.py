@@ -6,7 +6,9 @@ import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from PIL import Image
@@ -16,6 +18,7 @@ from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.files.whole_output import whole_folder, write_file
 from vislam2tag.common.findings import Finding, Judgement, Severity, count_of, counted
+from vislam2tag.common.tabular import Frames, TabularResult, column_frame, listed_frame, row_frame
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.site.discover import read_site, refuse_unknown_floors
 from vislam2tag.site.landmark_states import LandmarkCounts
@@ -25,6 +28,9 @@ from vislam2tag.site.plans.load import floor_plan
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.graph import CorridorGraph, corridor_graph
 from vislam2tag.site.walkable.space import WalkableSpace, walkable_space
+
+if TYPE_CHECKING:
+    import polars as pl
 
 KINDS = ("png", "pdf", "svg", "html")
 
@@ -39,13 +45,18 @@ class FloorSummary:
     landmarks: LandmarkCounts
 
 
-@dataclass(frozen=True)
-class SiteSummary:
+@dataclass(frozen=True, repr=False)
+class SiteSummary(TabularResult):
     """A site with findings about its files and plans."""
+
+    main_table: ClassVar[str] = "floors"
 
     site: Site
     floors: tuple[FloorSummary, ...]
     findings: tuple[Finding, ...]
+
+    def _frames(self) -> Frames:
+        return {"floors": partial(_floor_frame, self.floors), "findings": partial(listed_frame, self.findings)}
 
     @property
     def judgement(self) -> Judgement:
@@ -57,6 +68,16 @@ class SiteSummary:
         why = f"{counted(missing, 'floor')} without a plan, so positions of its landmarks could not be checked"
         looked_at = f"{counted(len(self.floors), 'floor')}, {counted(plans, 'plan')}, {counted(marks, 'landmark')}"
         return Judgement.of(wrong, plans + marks, looked_at, why if missing else "", warnings)
+
+
+def _floor_frame(floors: Sequence[FloorSummary]) -> pl.DataFrame:
+    """A row for each floor: extent and resolution of its plan, metres, and counts of its landmarks."""
+    names = ("number", "name", "width_m", "height_m", "elevation_m")
+    rows = [
+        {**{name: getattr(one.floor, name) for name in names}, "pixel_m": one.pixel_m, "landmarks": one.landmarks}
+        for one in floors
+    ]
+    return row_frame(rows, (*names, "pixel_m"))
 
 
 def summarise_site(root: AnyPath, floors: Sequence[int] = (), *, follow_links: bool = False) -> SiteSummary:
@@ -117,9 +138,11 @@ def draw_site(summary: SiteSummary, title: str, out: Path) -> None:
 RECORD = "walkable.json"
 
 
-@dataclass(frozen=True)
-class WalkableFloor:
+@dataclass(frozen=True, repr=False)
+class WalkableFloor(TabularResult):
     """Walkable space of one floor."""
+
+    main_table: ClassVar[str] = "nodes"
 
     floor: Floor
     space: WalkableSpace
@@ -134,6 +157,23 @@ class WalkableFloor:
     def findings(self) -> tuple[Finding, ...]:
         """Findings about the plan."""
         return self.space.findings
+
+    def _facts(self) -> dict[str, object]:
+        return {"floor": self.floor.number, "area": f"{self.area_m2:.0f} m²", "nodes": len(self.graph.nodes)}
+
+    def _frames(self) -> Frames:
+        return {"nodes": self._node_frame, "edges": self._edge_frame, "findings": partial(listed_frame, self.findings)}
+
+    def _node_frame(self) -> pl.DataFrame:
+        """Nodes of the graph of corridors, BCS metres."""
+        x, y = self.graph.nodes.T
+        kinds = [kind.value for kind in self.graph.kinds]
+        return column_frame({"x": x, "y": y, "kind": kinds, "width_m": self.graph.width_m})
+
+    def _edge_frame(self) -> pl.DataFrame:
+        """Edges by the rows of their nodes."""
+        first, second = self.graph.edges.T
+        return column_frame({"first": first, "second": second, "length_m": self.graph.length_m})
 
 
 def write_walkable(

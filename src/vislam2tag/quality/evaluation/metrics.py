@@ -22,6 +22,7 @@ from vislam2tag.common.error_statistics import (
     lower_edge_m,
     multiplicities,
 )
+from vislam2tag.common.tabular import TabularResult
 from vislam2tag.common.text_tables import csv_rows, latex_escaped, latex_table
 from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.core.status import has_position
@@ -37,8 +38,8 @@ from vislam2tag.quality.evaluation.record import (
 from vislam2tag.quality.evaluation.truth import PointErrors
 
 
-@dataclass(frozen=True)
-class ErrorSummary:
+@dataclass(frozen=True, repr=False)
+class ErrorSummary(TabularResult):
     """Statistics of label errors, metres; all but the counts are NaN where nothing is labelled."""
 
     count: int
