@@ -15,6 +15,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import MOST_UNPACKED, archives_in, check_archive
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.folder_kinds import MODEL_SUFFIX, PROCESS, RUN, SURVEY, kind_of, survey_around, written_by
 from vislam2tag.common.plugins import Registry
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.datasets.model import Dataset
@@ -180,6 +181,11 @@ def _instead(path: Path) -> str:
     """Explain a folder of this program that needs no import."""
     if (path / "dataset.json").is_file():
         return "it is already a data set of this program and needs no import"
-    if any(path.glob("floor_*/*/*/")):
-        return "it is a survey; `vislam2tag dataset` makes a data set from it"
+    kind = kind_of(path)
+    if kind == SURVEY or written_by(path) in (PROCESS, RUN):
+        return f"it is {kind}; `vislam2tag dataset {path} --out fingerprints` makes a data set from it"
+    if survey := survey_around(path):
+        return f"it is {kind}; `vislam2tag dataset {survey} --out fingerprints` makes a data set from it"
+    if written_by(path) or path.suffix == MODEL_SUFFIX:
+        return f"it is {kind}; expected data of another program"
     return ""

@@ -34,6 +34,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError, UsageError, first_line, import_extra
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.whole_output import write_file
+from vislam2tag.common.folder_kinds import found_at
 from vislam2tag.common.records import Record
 from vislam2tag.core.arrays import AnyArray
 from vislam2tag.datasets.model import Grouping, Storey
@@ -156,7 +157,7 @@ def _normal_names(access_points: tuple[str, ...]) -> tuple[str, ...]:
 
 def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
     if path.exists() and not path.is_file():
-        raise ModelError(f"{path}: not a regular file; pass a model file that `vislam2tag train` wrote")
+        raise ModelError(f"{path}: not a regular file{found_at(path)}; pass a model file that `vislam2tag train` wrote")
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}

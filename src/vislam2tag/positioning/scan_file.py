@@ -27,6 +27,7 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
+from vislam2tag.common.folder_kinds import found_at
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.datasets.labelled import labels_in
 from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
@@ -347,8 +348,8 @@ class Tracks:
             self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
             if not self._tables:
                 raise DatasetError(
-                    f"{path}: contains no trajectory/*.parquet; pass the output folder of `vislam2tag process`, or a "
-                    "CSV file"
+                    f"{path}: contains no trajectory/*.parquet{found_at(path)}; pass the output folder of "
+                    "`vislam2tag process` or `vislam2tag run`, or a CSV file"
                 )
         else:
             table = _csv(path)

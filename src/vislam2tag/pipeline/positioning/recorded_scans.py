@@ -14,6 +14,7 @@ from vislam2tag.common.errors import DatasetError, SessionError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.folder_kinds import kind_of
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import grouped_readings, radio_rows
 from vislam2tag.datasets.model import Grouping
@@ -97,10 +98,13 @@ def _tables(path: Path) -> tuple[dict[str, pl.DataFrame], pl.DataFrame | None]:
 
 def _inside(folder: Path) -> str:
     """What to pass instead of a folder of sessions or labels."""
+    kind = kind_of(folder)
     if (folder / "trajectory").is_dir():
-        return f". It is the output of `vislam2tag process`: run `vislam2tag dataset {folder} --out fingerprints` first"
+        return f". It is {kind}: run `vislam2tag dataset {folder} --out fingerprints` first"
     session = next((each for each in sorted(folder.glob("floor_*/*/*")) if each.is_dir()), None)
-    return "" if session is None else f". It is a survey: pass one of its sessions, such as {session}"
+    if session is None:
+        return f". It is {kind}" if kind else ""
+    return f". It is a survey: pass one of its sessions, such as {session}"
 
 
 def _wifi_file(path: Path) -> Session | None:
