@@ -64,7 +64,7 @@ def test_values_are_read_as_json_or_text() -> None:
             parameters_of([wrong])
 
 
-HEADER = "scan_id,status,building,floor,x,y,z,radius_68_m,radius_95_m,floor_probability"
+HEADER = "scan_id,status,building,floor,floor_name,x,y,z,radius_68_m,radius_95_m,floor_probability"
 
 
 @pytest.fixture(scope="module")

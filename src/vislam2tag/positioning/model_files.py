@@ -53,6 +53,14 @@ _KEY = "vislam2tag_model"
 _CHECKSUM = "checksum"
 
 
+class FloorName(Record):
+    """Name of a floor, such as "Ground floor"."""
+
+    building: str
+    number: int
+    name: str
+
+
 class ModelOrigin(Record):
     """Source of a model, and the reference of its answers."""
 
@@ -66,9 +74,16 @@ class ModelOrigin(Record):
     """How readings became fingerprints; None if unknown."""
     beacons: tuple[str, ...] = ()
     """The BLE beacons among the access points, if the fingerprints have both Wi-Fi and BLE."""
+    floor_names: tuple[FloorName, ...] = ()
+    """Names of floors, if they say more than the number."""
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
     """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: not hashed."""
+
+    def floor_name(self, storey: Storey) -> str:
+        """Name of a floor, such as "Ground floor"; empty if it has only a number."""
+        names = {Storey(floor.building, floor.number): floor.name for floor in self.floor_names}
+        return names.get(storey, "")
 
 
 class ModelHeader(Record):

@@ -332,6 +332,7 @@ def _text(value: object) -> str:
 
 
 _COLUMNS = {"session": pl.String, "time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
+_NAMED = 3
 _LONGEST_GAP_NS = 2_000_000_000
 """Longest gap between two positions of a track that is interpolated."""
 
@@ -363,6 +364,15 @@ class Tracks:
         tracks = cls.__new__(cls)
         tracks._path, tracks._tables = Path(session), {session: track.lazy()}
         return tracks
+
+    def refuse_without(self, session: str) -> None:
+        """Raise DatasetError if there is no track of a session."""
+        if session not in self._tables:
+            there = ", ".join(sorted(self._tables)[:_NAMED]) + (", ..." if len(self._tables) > _NAMED else "")
+            raise DatasetError(
+                f"--track {self._path}: contains no track of session {session}, only of {there or 'none'}; pass the "
+                "labels of its survey, or leave out --track to use the recording's own poses"
+            )
 
     def at(self, scans: RadioScans) -> FloatArray:
         """Return places (n, 2) at the scans' times, metres; NaN if the track has none.

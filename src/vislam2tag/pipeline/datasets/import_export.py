@@ -250,8 +250,8 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
         raise DatasetError(f"{source}: no such folder; expected a data set or an output folder of `vislam2tag process`")
     if chosen.source == "labels" and not is_labelled(source):
         raise UsageError(
-            f"{source}: is not an output folder of `vislam2tag process`{found_at(source)}. The format {chosen.name} needs labels with every frame and reading; give an output "
-            "folder of `vislam2tag process`"
+            f"{source}: is not an output folder of `vislam2tag process`{found_at(source)}. The format {chosen.name} "
+            "needs labels with every frame and reading; give an output folder of `vislam2tag process`"
         )
     if options.survey is not None:
         refuse_among_sessions(open_survey(options.survey), out)

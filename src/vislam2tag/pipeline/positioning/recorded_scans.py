@@ -27,9 +27,10 @@ from vislam2tag.positioning.scan_file import COLUMNS, ScanBlock, Tracks
 from vislam2tag.sessions.companions import read_recording, unpacked
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import UNKNOWN_FORMAT, format_of, read_session
-from vislam2tag.site.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef, session_slugs
 
 _PUBLISHED_LINE = re.compile(rb"[^;\n]*;[^;\n]*;\s*WLAN\s*;")
+_FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 _WIFI_FILE = "wifi.csv"
 _TABLE = (
     f"Pass a Wi-Fi table with the columns {', '.join(COLUMNS)}, one with times, bssid and rssi, or a session folder"
@@ -71,8 +72,18 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
             f"{path}: has no readings of {wanted[0]}, which the model was trained on (readings of: {there})"
         )
     grouped, odd_groups = grouped_readings(rows, _settings(origin.technology, origin.grouping))
-    block = _block(grouped, path.stem, name)
-    return RecordedScans(block, None if poses is None else Tracks.of_walk(path.stem, poses), (*findings, *odd_groups))
+    session = _session_name(path)
+    block = _block(grouped, session, name)
+    return RecordedScans(block, None if poses is None else Tracks.of_walk(session, poses), (*findings, *odd_groups))
+
+
+def _session_name(path: Path) -> str:
+    """Name of a recording: that in the labels of its survey, or its own."""
+    own = path.resolve()
+    device, floor = own.parent, own.parent.parent
+    if own.is_dir() and (found := _FLOOR_FOLDER.fullmatch(floor.name)):
+        return session_slugs([SessionKey(int(found[1]), device.name, own.name)])[0]
+    return own.name if own.is_dir() else own.stem
 
 
 def _tables(path: Path) -> tuple[dict[str, pl.DataFrame], pl.DataFrame | None]:
