@@ -112,11 +112,12 @@ def test_a_request_with_both_technologies_is_answered(folder: Path) -> None:
 
 def test_labels_are_the_track_of_a_session(folder: Path, tmp_path: Path) -> None:
     session = first_session(folder)
-    by_labels = ("locate", folder / "wifi.v2t", session, "--track", folder / "out", "--out", tmp_path / "there.csv")
-    done = vislam2tag(*by_labels)
-    assert done.returncode == 0, done.stderr
-    scans = pl.read_csv(tmp_path / "there.csv").height
-    assert f"others of their walk: {scans}, {scans} of them with a track" in done.stdout
+    for given in (session, session / "wifi.csv"):
+        by_labels = ("--track", folder / "out", "--out", tmp_path / "there.csv")
+        done = vislam2tag("locate", folder / "wifi.v2t", given, *by_labels)
+        assert done.returncode == 0, done.stderr
+        scans = pl.read_csv(tmp_path / "there.csv").height
+        assert f"others of their walk: {scans}, {scans} of them with a track" in done.stdout
     (tmp_path / "track.csv").write_text("session,time_ns,x,y\nother,1,0.0,0.0\n")
     said = the_error(vislam2tag("locate", folder / "wifi.v2t", session, "--track", tmp_path / "track.csv"))
     assert "contains no track of session floor_0.LG." in said

@@ -80,9 +80,10 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
 def _session_name(path: Path) -> str:
     """Name of a recording: that in the labels of its survey, or its own."""
     own = path.resolve()
-    device, floor = own.parent, own.parent.parent
-    if own.is_dir() and (found := _FLOOR_FOLDER.fullmatch(floor.name)):
-        return session_slugs([SessionKey(int(found[1]), device.name, own.name)])[0]
+    folder = own if own.is_dir() else own.parent
+    device, floor = folder.parent, folder.parent.parent
+    if found := _FLOOR_FOLDER.fullmatch(floor.name):
+        return session_slugs([SessionKey(int(found[1]), device.name, folder.name)])[0]
     return own.name if own.is_dir() else own.stem
 
 
