@@ -110,6 +110,20 @@ def test_a_request_with_both_technologies_is_answered(folder: Path) -> None:
     assert (model["technology"], model["floors"][0]["name"]) == ("wifi+ble", "Ground floor")
 
 
+def test_a_session_with_only_beacons_needs_a_model_of_beacons(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(first_session(folder), tmp_path / "walk")
+    (tmp_path / "walk" / "wifi.csv").unlink()
+    for model in ("wifi.v2t", "both.v2t"):
+        said = the_error(vislam2tag("locate", folder / model, tmp_path / "walk"))
+        assert "has no readings of wifi, which the model was trained on (readings of: ble)" in said
+        assert "`vislam2tag train --technology ble`" in said
+    train = ("--technology", "ble", "--model", "weighted-knn", "--out", tmp_path / "ble.v2t")
+    assert vislam2tag("train", folder / "both", *train).returncode == 0
+    done = vislam2tag("locate", tmp_path / "ble.v2t", tmp_path / "walk", "--out", tmp_path / "there.csv")
+    assert done.returncode == 0, done.stderr
+    assert set(pl.read_csv(tmp_path / "there.csv")["floor_name"]) == {"Ground floor"}
+
+
 def test_labels_are_the_track_of_a_session(folder: Path, tmp_path: Path) -> None:
     session = first_session(folder)
     for given in (session, session / "wifi.csv"):

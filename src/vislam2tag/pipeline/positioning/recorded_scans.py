@@ -67,9 +67,11 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
             rows[technology], odd = admitted(raw, "bssid", technology)
             findings += odd
     if wanted[0] not in rows:
-        there = ", ".join(name for name in (WIFI, BLE) if name in tables) or "none"
+        there = next((name for name in (WIFI, BLE) if name in tables and tables[name].height), "")
+        cure = f"; for these, use a model of `vislam2tag train --technology {there}`" if there else ""
         raise DatasetError(
-            f"{path}: has no readings of {wanted[0]}, which the model was trained on (readings of: {there})"
+            f"{path}: has no readings of {wanted[0]}, which the model was trained on (readings of: {there or 'none'})"
+            f"{cure}"
         )
     grouped, odd_groups = grouped_readings(rows, _settings(origin.technology, origin.grouping))
     session = _session_name(path)
