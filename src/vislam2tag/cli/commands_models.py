@@ -117,6 +117,9 @@ def _print_train(trained: api.TrainedModel, out: Path, seconds: float) -> None:
         f"{len(model.access_points_)} access points, {floors} floor{'' if floors == 1 else 's'}, {origin.technology}, "
         f"in {seconds:.1f} s"
     )
+    for storey in model.storeys_:
+        if names := ", ".join(filter(None, (storey.building, origin.floor_name(storey)))):
+            say(f"floor {storey.floor}: {names}")
     if trained.update is not None:
         changes = ", ".join(f"{what}: {count}" for what, count in _changes(trained.update).items())
         say(f"updated ({changes}; data of access points that are gone or moved were removed)")
@@ -197,10 +200,10 @@ def locate_command(given: LocateOptions) -> None:
     with the same names (.jsonl, .ndjson, .json), or a data set. It can also be a recording: a session folder, or a
     Wi-Fi table of an app with times, addresses and levels. The poses of a session are used as with --track.
 
-    Each scan gets a line with scan_id, status, building, floor, x, y, z, the radii that contain 68 % and 95 % of the
-    errors, and the probability of the floor. The suffix of FILE (or of SCANS, without --out) decides between CSV and
-    JSON lines. A scan without any known access point is `unknown`. A scan that is `unlike` all training data has a
-    position, but its radii are not reliable. Unusable lines are counted and skipped.
+    Each scan gets a line with scan_id, status, building, floor, floor_name, x, y, z, the radii that contain 68 % and
+    95 % of the errors, and the probability of the floor. The suffix of FILE (or of SCANS, without --out) decides
+    between CSV and JSON lines. A scan without any known access point is `unknown`. A scan that is `unlike` all training
+    data has a position, but its radii are not reliable. Unusable lines are counted and skipped.
 
     Scans of a walk can be used together. `smoother` uses the whole walk, `filter` only the past, as during a walk. Both
     need the columns session and time_ns. With --track the motion of the phone is used too: a CSV (session, time_ns, x,
@@ -321,13 +324,10 @@ def _print_locate(found: api.LocatedScans, given: LocateOptions) -> None:
 
 
 def _print_missing(found: api.LocatedScans, *, err: bool) -> None:
-    for count, missing in ((found.without_wifi, "Wi-Fi access point"), (found.without_ble, "BLE beacon")):
-        if count:
-            say(
-                f"{counted(count, 'scan')} without a known {missing}: the model was trained on Wi-Fi and BLE together, "
-                "so expect larger errors there",
-                err=err,
-            )
+    from vislam2tag.pipeline.positioning.locate import missing_notes
+
+    for note in missing_notes(found.without_wifi, found.without_ble):
+        say(note, err=err)
 
 
 def _print_findings(found: api.LocatedScans, *, err: bool) -> None:

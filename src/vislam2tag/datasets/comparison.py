@@ -17,6 +17,7 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.given_files import AnyPath, read_json
 from vislam2tag.common.files.stored_folder import folder_at_hand
 from vislam2tag.common.files.table_files import scan_parquet
+from vislam2tag.common.folder_kinds import found_at
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.records import Record
 from vislam2tag.common.tabular import Result
@@ -205,7 +206,7 @@ def comparable(folder: Path) -> ComparedFolder:
         return ComparedFolder(ANNOTATED, annotated)
     raise UsageError(
         f"{folder}: contains nothing to compare; pass data sets, outputs of `vislam2tag process`, or folders with "
-        f"{' or '.join(ANNOTATED_FILES)} in their sessions"
+        f"{' or '.join(ANNOTATED_FILES)} in their sessions{found_at(folder)}"
     )
 
 

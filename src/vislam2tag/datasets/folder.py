@@ -20,11 +20,12 @@ from pydantic import ValidationError
 from vislam2tag import __version__
 from vislam2tag.common.errors import DatasetError, OutputError, first_line
 from vislam2tag.common.files.folder import Folder
-from vislam2tag.common.files.given_files import AnyPath, plain, read_bytes, read_json
+from vislam2tag.common.files.given_files import AnyPath, plain, read_bytes
 from vislam2tag.common.files.own_files import OwnFiles
 from vislam2tag.common.files.table_files import read_parquet, scan_parquet, write_parquet
 from vislam2tag.common.files.whole_output import restore, whole_folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.folder_kinds import PROCESS, PROGRAM, RUN, SURVEY, kind_of, survey_around, written_by
 from vislam2tag.datasets.access_points import access_point_table
 from vislam2tag.datasets.model import FORMAT_VERSION, Dataset, DatasetInfo, Split, SplitInfo, TableAccount
 from vislam2tag.datasets.privacy import counted_without
@@ -32,7 +33,6 @@ from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, IMU_WINDOWS,
 from vislam2tag.intake.extents import MAX_GRID_M
 from vislam2tag.intake.level_scales import LevelRange, strength_of
 from vislam2tag.intake.readings import MASKED, level_findings, masked_addresses, normal_address
-from vislam2tag.labeling.results import PROGRAM, RUN_FILE
 from vislam2tag.site.links import CURE, outside_link
 
 FILE = f"{READINGS}.parquet"
@@ -161,21 +161,6 @@ def dataset_folder(target: Path, command: str = "", replace: bool = False) -> It
         refuse_unless_replaced(target, maker, replace)
     with whole_folder(target, lambda folder: is_dataset(folder) or (replace and written_by(folder) is not None)) as new:
         yield FolderWriter(new, command)
-
-
-def written_by(folder: Path) -> str | None:
-    """Return the command that wrote a folder, such as ``vislam2tag import``, from its record; None if unknown."""
-    for file, key in ((RUN_FILE, "program"), (MANIFEST, "made_by")):
-        try:
-            command = str(read_json(folder / file)[key])
-        except (OSError, ValueError, KeyError, TypeError):
-            continue
-        if file == MANIFEST:
-            command = f"{PROGRAM} {command}" if command else ""
-        elif command == PROGRAM:
-            command = f"{PROGRAM} process"
-        return command if command.startswith(f"{PROGRAM} ") else None
-    return None
 
 
 def refuse_unless_replaced(folder: Path, maker: str | None, replace: bool) -> None:
@@ -325,11 +310,13 @@ def _table_metadata(name: str) -> str:
 
 def _instead(folder: Path) -> str:
     """What to do with a folder that is not a data set."""
-    labelled = written_by(folder) == f"{PROGRAM} process"
-    if labelled or any(folder.glob("floor_*/")):
-        what = "the output of `vislam2tag process`" if labelled else "a survey"
-        return f"it is {what}, so first run `vislam2tag dataset {folder} --out fingerprints`, and pass fingerprints"
-    return "pass a folder that `vislam2tag run`, `vislam2tag dataset` or `vislam2tag import` wrote"
+    kind = kind_of(folder)
+    if kind == SURVEY or written_by(folder) in (PROCESS, RUN):
+        return f"it is {kind}, so first run `vislam2tag dataset {folder} --out fingerprints`, and pass fingerprints"
+    if survey := survey_around(folder):
+        return f"it is {kind}: run `vislam2tag dataset {survey} --out fingerprints`, and pass fingerprints"
+    said = f"it is {kind}; " if kind else ""
+    return f"{said}pass a folder that `vislam2tag run`, `vislam2tag dataset` or `vislam2tag import` wrote"
 
 
 def _manifest(folder: Path) -> DatasetInfo:

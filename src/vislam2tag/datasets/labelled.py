@@ -20,6 +20,7 @@ from vislam2tag.common.files.store import Store, store_at
 from vislam2tag.common.files.stored_folder import outline_at_hand, outline_of, place_for
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_output import restore
+from vislam2tag.common.folder_kinds import SURVEY, kind_of, survey_around
 from vislam2tag.common.records import Record
 from vislam2tag.labeling.results import PROGRAM, RESULTS, RUN_FILE, SUMMARY_FILE, FloorRecord, SessionResult
 from vislam2tag.labeling.tables import SCHEMAS
@@ -220,24 +221,28 @@ def without_sessions(opened: LabelledSurvey, outside: Collection[str]) -> Labell
     return replace(opened, sessions=kept, left_out=(*opened.left_out, *gone))
 
 
+def labels_instead(root: Path) -> str:
+    """What to pass instead of a folder that has no labels."""
+    kind = kind_of(root)
+    if kind == SURVEY:
+        return f"it is a survey, so first run `vislam2tag process {root} --out labels`, and pass labels"
+    if survey := survey_around(root):
+        return f"it is {kind}: run `vislam2tag process {survey} --out labels`, and pass labels"
+    said = f"it is {kind}; " if kind else ""
+    return f"{said}pass the folder that was the --out of `vislam2tag process` or `vislam2tag run`"
+
+
 def _run(root: Path) -> _RunFile:
     path = root / RUN_FILE
     try:
         content = read_json(path)
         if not isinstance(content, dict) or content.get("program") != PROGRAM:
-            raise DatasetError(
-                f"{root}: not written by `vislam2tag process`; pass the folder that was its --out, or a survey folder"
-            )
+            raise DatasetError(f"{root}: not written by `vislam2tag process`; {labels_instead(root)}")
         return _RunFile.model_validate(content)
     except OSError as error:
-        instead = (
-            f"; the folder is a survey, so first run `vislam2tag process {root} --out labels`, and pass labels"
-            if any(root.glob("floor_*"))
-            else ""
-        )
         raise DatasetError(
-            f"{root}: not an output folder of `vislam2tag process` ({RUN_FILE} cannot be read: {error.strerror})"
-            f"{instead}"
+            f"{root}: not an output folder of `vislam2tag process` ({RUN_FILE} cannot be read: {error.strerror}); "
+            f"{labels_instead(root)}"
         ) from error
     except ValidationError as error:
         field = ".".join(map(str, error.errors()[0]["loc"]))

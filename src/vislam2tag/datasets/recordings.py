@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import is_archive, names_in
+from vislam2tag.common.folder_kinds import MODEL_SUFFIX, PROCESS, RUN, SURVEY, kind_of, survey_around, written_by
 from vislam2tag.intake.columns import TIME, find_columns
 from vislam2tag.intake.foreign_table import read_foreign_table
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_in_zip, format_of, recorded_folder
@@ -25,8 +26,11 @@ def command_for(path: Path) -> str | None:
     given = shlex.quote(str(path))
     if (path / "dataset.json").is_file():
         return "it is already a data set of this program and needs no import"
-    if path.is_dir() and any(path.glob("floor_*/*/*/")):
-        return f"it is a survey; `vislam2tag dataset` makes a data set from it: vislam2tag dataset {given} --out OUT"
+    kind = kind_of(path)
+    if kind == SURVEY or written_by(path) in (PROCESS, RUN):
+        return f"it is {kind}; `vislam2tag dataset` makes a data set from it: vislam2tag dataset {given} --out OUT"
+    if written_by(path) or path.suffix == MODEL_SUFFIX:
+        return f"it is {kind}; expected data of another program"
     if is_archive(path) and any(map(_is_of_survey, names_in(path))):
         return "it is an archive of a survey; unpack it and run: vislam2tag dataset FOLDER --out OUT"
     if path.is_dir():
@@ -63,10 +67,9 @@ def _format_in_archive(path: Path) -> str | None:
 
 def _of_folder(folder: Path, name: str) -> str:
     given = shlex.quote(str(folder))
-    where = folder.absolute().parents[1:3]
-    if len(where) == 2 and _FLOOR.fullmatch(where[0].name):
-        survey = shlex.quote(str(where[1]))
-        return f"it is a session of a survey; make a data set from that: vislam2tag dataset {survey} --out OUT"
+    if survey := survey_around(folder):
+        said = f"vislam2tag dataset {shlex.quote(str(survey))} --out OUT"
+        return f"it is a session of a survey; make a data set from that: {said}"
     place = f"copy it to SURVEY/floor_K/DEVICE/{folder.name}, or zip it and run "
     return _of_walk(name, given, f"{place}vislam2tag receive SURVEY {shlex.quote(folder.name + '.zip')}")
 

@@ -34,6 +34,7 @@ from vislam2tag import __version__
 from vislam2tag.common.errors import ModelError, UsageError, first_line, import_extra
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.files.whole_output import write_file
+from vislam2tag.common.folder_kinds import found_at
 from vislam2tag.common.records import Record
 from vislam2tag.common.tabular import TabularResult
 from vislam2tag.core.arrays import AnyArray
@@ -53,6 +54,14 @@ _KEY = "vislam2tag_model"
 _CHECKSUM = "checksum"
 
 
+class FloorName(Record):
+    """Name of a floor, such as "Ground floor"."""
+
+    building: str
+    number: int
+    name: str
+
+
 class ModelOrigin(Record):
     """Source of a model, and the reference of its answers."""
 
@@ -66,9 +75,16 @@ class ModelOrigin(Record):
     """How readings became fingerprints; None if unknown."""
     beacons: tuple[str, ...] = ()
     """The BLE beacons among the access points, if the fingerprints have both Wi-Fi and BLE."""
+    floor_names: tuple[FloorName, ...] = ()
+    """Names of floors, if they say more than the number."""
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
     """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: not hashed."""
+
+    def floor_name(self, storey: Storey) -> str:
+        """Name of a floor, such as "Ground floor"; empty if it has only a number."""
+        names = {Storey(floor.building, floor.number): floor.name for floor in self.floor_names}
+        return names.get(storey, "")
 
 
 class ModelHeader(Record):
@@ -165,7 +181,7 @@ def _normal_names(access_points: tuple[str, ...]) -> tuple[str, ...]:
 
 def _opened(path: Path) -> tuple[str, dict[str, AnyArray]]:
     if path.exists() and not path.is_file():
-        raise ModelError(f"{path}: not a regular file; pass a model file that `vislam2tag train` wrote")
+        raise ModelError(f"{path}: not a regular file{found_at(path)}; pass a model file that `vislam2tag train` wrote")
     try:
         with safe_open(path, framework="numpy") as file:
             metadata = file.metadata() or {}

@@ -27,6 +27,7 @@ from vislam2tag.common.errors import DatasetError, first_line
 from vislam2tag.common.files.given_files import AnyPath, plain
 from vislam2tag.common.files.table_files import read_csv, scan_parquet
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
+from vislam2tag.common.folder_kinds import found_at
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.datasets.labelled import labels_in
 from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
@@ -331,6 +332,7 @@ def _text(value: object) -> str:
 
 
 _COLUMNS = {"session": pl.String, "time_ns": pl.Int64, "x": pl.Float64, "y": pl.Float64}
+_NAMED = 3
 _LONGEST_GAP_NS = 2_000_000_000
 """Longest gap between two positions of a track that is interpolated."""
 
@@ -347,8 +349,8 @@ class Tracks:
             self._tables: Mapping[str, pl.LazyFrame | Path] = {file.stem: file for file in folder.glob("*.parquet")}
             if not self._tables:
                 raise DatasetError(
-                    f"{path}: contains no trajectory/*.parquet; pass the output folder of `vislam2tag process`, or a "
-                    "CSV file"
+                    f"{path}: contains no trajectory/*.parquet{found_at(path)}; pass the output folder of "
+                    "`vislam2tag process` or `vislam2tag run`, or a CSV file"
                 )
         else:
             table = _csv(path)
@@ -362,6 +364,15 @@ class Tracks:
         tracks = cls.__new__(cls)
         tracks._path, tracks._tables = Path(session), {session: track.lazy()}
         return tracks
+
+    def refuse_without(self, session: str) -> None:
+        """Raise DatasetError if there is no track of a session."""
+        if session not in self._tables:
+            there = ", ".join(sorted(self._tables)[:_NAMED]) + (", ..." if len(self._tables) > _NAMED else "")
+            raise DatasetError(
+                f"--track {self._path}: contains no track of session {session}, only of {there or 'none'}; pass the "
+                "labels of its survey, or leave out --track to use the recording's own poses"
+            )
 
     def at(self, scans: RadioScans) -> FloatArray:
         """Return places (n, 2) at the scans' times, metres; NaN if the track has none.

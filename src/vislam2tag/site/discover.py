@@ -15,6 +15,7 @@ from vislam2tag.common.errors import SurveyError, UsageError
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.files.whole_output import restore
 from vislam2tag.common.findings import Finding, Severity
+from vislam2tag.common.folder_kinds import kind_of, survey_around, written_by
 from vislam2tag.core.arrays import FloatArray
 from vislam2tag.intake.extents import Box, floor_findings, landmark_findings, span_m
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, UNITS_M, Corrections
@@ -133,17 +134,15 @@ def refuse_unknown_floors(site: Site, numbers: Iterable[int]) -> None:
 
 def _instead(root: Path) -> str:
     """What a folder is that is not a survey, and what to give, where that is plain to see."""
-    for parent in (root.resolve(), *root.resolve().parents[:2]):
-        if _FLOOR_FOLDER.fullmatch(parent.name):
-            return f"; it is a floor's folder, or inside one: pass the survey's folder, {parent.parent}"
-    if (root / "run.json").is_file():
-        return "; it contains the output of another command: pass the survey that this output was made from"
-    if (root / "dataset.json").is_file():
-        return "; it is a data set"
+    if survey := survey_around(root):
+        return f"; it is a floor's folder, or inside one: pass the survey's folder, {survey}"
+    kind = kind_of(root)
+    if written_by(root) is not None or (root / "dataset.json").is_file():
+        return f"; it is {kind}: pass the survey that it was made from"
     within = [path.parent for path in sorted(root.glob("*/floor_*")) if _FLOOR_FOLDER.fullmatch(path.name)]
     if within:
         return f"; pass the folder that contains them: {within[0]}"
-    return ""
+    return f"; it is {kind}" if kind else ""
 
 
 def _numbered_folders(root: Path) -> tuple[dict[int, Path], list[Finding]]:

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from vislam2tag.common.errors import SurveyError, UsageError
+from vislam2tag.common.errors import DatasetError, SurveyError, UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.folder_kinds import PROCESS, is_survey, written_by
+from vislam2tag.datasets.labelled import labels_in, labels_instead
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.pipeline.labels.session import SessionJob, jobs_of, still_holds
 from vislam2tag.pipeline.run.output import OutputFolder
@@ -84,6 +86,14 @@ def _mapped_together(labels: Output) -> tuple[Finding, ...]:
     return (Finding(kind="mapped_together", file="", count=1, message=message),)
 
 
+def _refuse_others(out: Path, compared: Sequence[Path]) -> None:
+    """Raise DatasetError if the folder for labels is something else, or a folder to compare with has no labels."""
+    others = [out] if written_by(out) not in (None, PROCESS) or is_survey(out) else []
+    others += [folder for folder in compared if written_by(folder) != PROCESS]
+    if others:
+        raise DatasetError(f"{others[0]}: not an output folder of `{PROCESS}`; {labels_instead(others[0])}")
+
+
 class Workspace:
     """The current survey and labels; used by several threads."""
 
@@ -93,6 +103,8 @@ class Workspace:
         """
         if settings.together:
             raise UsageError("together: the studio processes each walk separately; remove this entry from the settings")
+        out, compared = labels_in(out), [labels_in(folder) for folder in compared]
+        _refuse_others(out, compared)
         self.root, self.out, self.settings = root, out, settings
         self._scratch = ExitStack()
         before = self._scratch.enter_context(scratch_folder())

@@ -26,7 +26,7 @@ from vislam2tag.datasets.changes import (
     Changes,
 )
 from vislam2tag.datasets.coverage import FloorCoverage, GapWalk
-from vislam2tag.datasets.model import Storey
+from vislam2tag.datasets.model import Storey, is_own_name
 from vislam2tag.site.model import Floor
 from vislam2tag.views.layers import (
     ORANGE,
@@ -181,7 +181,9 @@ def _points(points: pl.DataFrame, number: int) -> Iterator[Trace]:
         yield dots(f"access point {change}", places, "#000000", 12, symbol, edge={"color": "white", "width": 1})
 
 
-def storey_title(storey: Storey) -> str:
-    """Building and number of a floor as a heading."""
+def storey_title(storey: Storey, name: str = "") -> str:
+    """Building, name and number of a floor as a heading."""
     building, number = storey
+    if is_own_name(name, number):
+        return f"{building}, {name} (floor {number})" if building else f"{name} (floor {number})"
     return f"{building}, floor {number}" if building else f"Floor {number}"

@@ -294,7 +294,7 @@ def covered_floors(
     """Count the cells of every floor and plan walks to fill its gaps, from its start in ``starts`` if given."""
     return [
         CoveredFloor(
-            title=storey_title(covered.storey),
+            title=storey_title(covered.storey, dataset.site_floor(covered.storey).name),
             floor=dataset.site_floor(covered.storey),
             coverage=covered,
             walks=gap_walks(covered, settings.radius_m, starts.get(covered.storey)),

@@ -129,7 +129,7 @@ def floor_map(
     far = f"{coverage.far} fingerprints are too far away to be shown." if coverage.far else ""
     return {
         "anchor": f"floor-{building}-{number}" if building else f"floor-{number}",
-        "title": storey_title(coverage.storey),
+        "title": storey_title(coverage.storey, floor.name),
         "note": " ".join(text for text in (note, left_out, far) if text),
         "figure": map_figure(floor, plan, traces, shown, coloraxis=colour_axis),
         "record": floor_record(coverage, walks),

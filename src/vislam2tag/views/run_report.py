@@ -20,6 +20,7 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle, style_of
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.core.tracks import Landmarks
+from vislam2tag.datasets.model import is_own_name
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.quality.evaluation.reliability import coverage_curve
@@ -201,7 +202,7 @@ def floor_view(
     return {
         "floor": floor,
         "sessions": sessions,
-        "title": "" if floor.name.casefold() in (str(floor.number), f"floor {floor.number}") else floor.name,
+        "title": floor.name if is_own_name(floor.name, floor.number) else "",
         "figure": floor_figure(floor, landmarks, plan, contradictions),
         "notes": [text for text in (visited, note, _outside(floor, landmarks)) if text],
         "unplaced": list(compress(landmarks.ids, unplaced)),

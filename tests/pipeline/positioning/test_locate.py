@@ -21,6 +21,7 @@ from vislam2tag.pipeline.positioning import locate as module
 from vislam2tag.pipeline.positioning.locate import LOCATED, LocatedScans, WalkPlan, locate, located_table
 from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning import scan_file
+from vislam2tag.positioning.model_files import FloorName, ModelOrigin
 from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.scan_file import Tracks
 from vislam2tag.positioning.settings import SequenceMethod
@@ -85,7 +86,7 @@ def test_strangers_are_unknown_and_case_does_not_matter(places: Path, tmp_path: 
     assert rows["status"].to_list() == ["unknown", "unlike", "unknown"]  # one of ten is heard
     assert (
         rows.filter(pl.col("status") == "unknown").select(pl.exclude("scan_id", "status")).null_count().row(0)
-        == (2,) * 8
+        == (2,) * 9
     )
     assert (found.scans, found.unknown) == (3, 2)
     assert {finding.kind: finding.lines for finding in found.findings} == {
@@ -167,6 +168,9 @@ def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch:
         located(places / "plain.v2t", tmp_path / "scans.csv", walks=plan)
 
 
+NAMED = ModelOrigin(dataset="small", scans=3, floor_names=(FloorName(building="east", number=1, name="First floor"),))
+
+
 def test_known_and_unknown_rows() -> None:
     found = Positions(
         storeys=STOREYS,
@@ -177,18 +181,18 @@ def test_known_and_unknown_rows() -> None:
         radius_68_m=np.full(3, 2.0),
         radius_95_m=np.full(3, 4.0),
     ).without(np.array([False, False, True]))
-    table = located_table(np.array(["a", "b", "c"]), found)
+    table = located_table(np.array(["a", "b", "c"]), found, NAMED)
     assert dict(table.schema) == LOCATED
     assert table.rows() == [
-        ("a", "ok", "west", 0, 1.235, -2.0, None, 2.0, 4.0, 0.7),
-        ("b", "ok", "east", 1, 3.0, 4.0, 3.0, 2.0, 4.0, 1.0),
-        ("c", "unknown", *[None] * 8),
+        ("a", "ok", "west", 0, None, 1.235, -2.0, None, 2.0, 4.0, 0.7),
+        ("b", "ok", "east", 1, "First floor", 3.0, 4.0, 3.0, 2.0, 4.0, 1.0),
+        ("c", "unknown", *[None] * 9),
     ]
     unlike = np.array([True, False, True])
     told = replace(found, unlike=unlike).without(~found.known)
-    marked = located_table(np.array(["a", "b", "c"]), told)
+    marked = located_table(np.array(["a", "b", "c"]), told, NAMED)
     expected = ["unlike" if one == "ok" and mark else one for one, mark in zip(table["status"], unlike, strict=True)]
     assert marked["status"].to_list() == expected
     assert "unlike" in expected
     assert "unknown" in expected
-    assert located_table(np.array([], dtype=np.str_), found[:0]).height == 0
+    assert located_table(np.array([], dtype=np.str_), found[:0], NAMED).height == 0

@@ -24,6 +24,7 @@ from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_byte
 from vislam2tag.common.files.table_files import scan_parquet
 from vislam2tag.common.files.whole_output import whole_folder
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.folder_kinds import found_at, survey_around
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.tabular import Result
 from vislam2tag.datasets.description import Description, with_description
@@ -248,10 +249,9 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
     if not source.exists():
         raise DatasetError(f"{source}: no such folder; expected a data set or an output folder of `vislam2tag process`")
     if chosen.source == "labels" and not is_labelled(source):
-        what = "is a data set" if is_dataset(source) else "is not an output folder of `vislam2tag process`"
         raise UsageError(
-            f"{source}: {what}. The format {chosen.name} needs labels with every frame and reading; give an output "
-            "folder of `vislam2tag process`"
+            f"{source}: is not an output folder of `vislam2tag process`{found_at(source)}. The format {chosen.name} "
+            "needs labels with every frame and reading; give an output folder of `vislam2tag process`"
         )
     if options.survey is not None:
         refuse_among_sessions(open_survey(options.survey), out)
@@ -270,7 +270,8 @@ def _dataset(
         return open_dataset_to_share(source, follow_links=follow_links)
     if not is_labelled(source):
         raise DatasetError(
-            f"{source}: expected a data set or an output folder of `vislam2tag process`; create one of them first"
+            f"{source}: expected a data set or an output folder of `vislam2tag process`{found_at(source)}; "
+            f"`vislam2tag dataset {survey_around(source) or source} --out fingerprints` makes a data set of a survey"
         )
     # imported only if needed, because statistics and figures take seconds to import
     from vislam2tag.pipeline.datasets.build import BuildOptions, build_dataset

@@ -26,7 +26,7 @@ from vislam2tag.datasets.joining import join_datasets
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Storey
 from vislam2tag.datasets.settings import CHANGE_CELL_M
 from vislam2tag.pipeline.datasets.finish import finish_dataset
-from vislam2tag.views.coverage_figures import ChangedFloor, change_map
+from vislam2tag.views.coverage_figures import ChangedFloor, change_map, storey_title
 from vislam2tag.views.panels import rendered
 
 CHANGES = "changes"
@@ -78,15 +78,12 @@ def _draw(dataset: Dataset, changes: Sequence[Changes], folder: Folder) -> None:
     """Draw the floors of each technology with labelled fingerprints in both surveys."""
     for one in changes:
         keys = one.places.select(pl.col("building").fill_null(""), "floor").unique().sort("building", "floor").rows()
-        floors = [ChangedFloor(_title(*key), key[0], dataset.site_floor(Storey(*key))) for key in keys]
+        shown = [(Storey(*key), dataset.site_floor(Storey(*key))) for key in keys]
+        floors = [ChangedFloor(storey_title(key, floor.name), key.building, floor) for key, floor in shown]
         if floors:
             figure = change_map(floors, one)
             for kind in _KINDS:
                 folder.write(f"{one.technology}.{kind}", rendered(figure, kind))
-
-
-def _title(building: str, floor: int) -> str:
-    return f"{building} floor {floor}".strip().capitalize() if not building else f"{building}, floor {floor}"
 
 
 def write_changes(folder: Folder, record: SurveyChanges, changes: Sequence[Changes]) -> None:

@@ -19,8 +19,8 @@ from vislam2tag.datasets.model import SessionTables, each_session
 from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name
 from vislam2tag.datasets.technologies import instead_of, of_technology, technologies_of
 from vislam2tag.intake.readings import normal_address
-from vislam2tag.pipeline.positioning.recorded_scans import recorded_scans
-from vislam2tag.positioning.model_files import SavedModel, load_model
+from vislam2tag.pipeline.positioning.recorded_scans import RecordedScans, recorded_scans
+from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, load_model
 from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
 from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, Tracks, is_scan_file, scan_blocks
@@ -33,6 +33,7 @@ LOCATED = {
     "status": pl.String,
     "building": pl.String,
     "floor": pl.Int64,
+    "floor_name": pl.String,
     "x": pl.Float64,
     "y": pl.Float64,
     "z": pl.Float64,
@@ -41,15 +42,15 @@ LOCATED = {
     "floor_probability": pl.Float64,
 }
 """Columns: BCS metres; null if the status is ``unknown``; ``z`` if no height was learned;
-``building`` if it has no name. ``unlike``: the scan is unlike all training data."""
+``building`` and ``floor_name`` if they have no name. ``unlike``: the scan is unlike all training data."""
 _DECIMALS = 3
 Write = Callable[[str], object]
 _NAMES_KEPT = 100_000
 """Size of the cache of access point names."""
 
 
-def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
-    """Make rows of scans with these ids (n,) and positions (n); numbers are rounded to millimetres."""
+def located_table(ids: TextArray, found: Positions, origin: ModelOrigin) -> pl.DataFrame:
+    """Make rows of scans with these ids (n,) and positions (n); ``origin`` names floors. Numbers are rounded to mm."""
     storey = np.maximum(found.storey, 0)
     numbers = {
         "x": found.xy[:, 0],
@@ -65,10 +66,11 @@ def located_table(ids: TextArray, found: Positions) -> pl.DataFrame:
         "status": np.where(found.known, like, UNKNOWN).tolist(),
         "building": [found.storeys[index].building or None for index in storey.tolist()],
         "floor": found.floor,
+        "floor_name": [origin.floor_name(found.storeys[index]) or None for index in storey.tolist()],
     }
     unknown = pl.col("status") == UNKNOWN
     return pl.DataFrame(columns | numbers, schema=LOCATED).with_columns(
-        pl.when(~unknown).then(pl.col("building", "floor")),
+        pl.when(~unknown).then(pl.col("building", "floor", "floor_name")),
         pl.col(*numbers).round(_DECIMALS).fill_nan(None),
     )
 
@@ -198,7 +200,7 @@ def locate(
     elif scans.exists() and not is_scan_file(scans):
         recorded = recorded_scans(scans, saved.origin, name)
         blocks, recorded_findings = [recorded.block], recorded.findings
-        walks = _with_track(walks, recorded.track)
+        walks = _with_track(walks, recorded)
     else:
         blocks = scan_blocks(scans, bad, name, saved.model.access_points_)
     helping = _WalkEstimation(walks)
@@ -209,9 +211,9 @@ def locate(
         found = helping.helped(saved.model.predict(block.scans), block)
         count, unknown = count + len(found), unknown + int((~found.known).sum())
         usable += int(np.count_nonzero(block.scans.heard))
-        missing = _missing(block.scans, saved)
+        missing = missing_technologies(block.scans, saved)
         without_wifi, without_ble = without_wifi + missing[0], without_ble + missing[1]
-        rows = located_table(block.ids, found)
+        rows = located_table(block.ids, found, saved.origin)
         unlike += int((rows["status"] == UNLIKE).sum())
         if write is None:
             kept.append(rows)
@@ -238,14 +240,17 @@ def locate(
     )
 
 
-def _with_track(walks: WalkPlan | None, track: Tracks | None) -> WalkPlan | None:
-    """Use a recording's own poses, unless another track was given."""
-    if track is None or (walks is not None and walks.tracks is not None):
+def _with_track(walks: WalkPlan | None, recorded: RecordedScans) -> WalkPlan | None:
+    """Use a recording's own poses, unless another track was given; raises DatasetError if that is of other walks."""
+    if walks is not None and walks.tracks is not None:
+        walks.tracks.refuse_without(str(recorded.block.scans.session[0]))
         return walks
-    return WalkPlan(SequenceMethod.SMOOTHER if walks is None else walks.sequence, track)
+    if recorded.track is None:
+        return walks
+    return WalkPlan(SequenceMethod.SMOOTHER if walks is None else walks.sequence, recorded.track)
 
 
-def _missing(scans: RadioScans, saved: SavedModel) -> tuple[int, int]:
+def missing_technologies(scans: RadioScans, saved: SavedModel) -> tuple[int, int]:
     """Scans without Wi-Fi and without BLE, of those that contain a known access point; zero for other models."""
     if not saved.origin.beacons:
         return 0, 0
@@ -257,6 +262,16 @@ def _missing(scans: RadioScans, saved: SavedModel) -> tuple[int, int]:
         found[scans.row[of_them[scans.column]]] = True
     wifi, ble = has
     return int((ble & ~wifi).sum()), int((wifi & ~ble).sum())
+
+
+def missing_notes(without_wifi: int, without_ble: int) -> list[str]:
+    """Messages about scans (counted) without one of the two technologies that the model was trained on together."""
+    return [
+        f"{counted(count, 'scan')} without a known {missing}: the model was trained on Wi-Fi and BLE together, so "
+        "expect larger errors there"
+        for count, missing in ((without_wifi, "Wi-Fi access point"), (without_ble, "BLE beacon"))
+        if count
+    ]
 
 
 def hashing_advice(saved: SavedModel) -> str | None:

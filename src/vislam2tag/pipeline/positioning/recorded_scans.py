@@ -14,6 +14,7 @@ from vislam2tag.common.errors import DatasetError, SessionError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding
+from vislam2tag.common.folder_kinds import kind_of
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import grouped_readings, radio_rows
 from vislam2tag.datasets.model import Grouping
@@ -26,9 +27,10 @@ from vislam2tag.positioning.scan_file import COLUMNS, ScanBlock, Tracks
 from vislam2tag.sessions.companions import read_recording, unpacked
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import UNKNOWN_FORMAT, format_of, read_session
-from vislam2tag.site.model import SessionKey, SessionRef
+from vislam2tag.site.model import SessionKey, SessionRef, session_slugs
 
 _PUBLISHED_LINE = re.compile(rb"[^;\n]*;[^;\n]*;\s*WLAN\s*;")
+_FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 _WIFI_FILE = "wifi.csv"
 _TABLE = (
     f"Pass a Wi-Fi table with the columns {', '.join(COLUMNS)}, one with times, bssid and rssi, or a session folder"
@@ -65,13 +67,26 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
             rows[technology], odd = admitted(raw, "bssid", technology)
             findings += odd
     if wanted[0] not in rows:
-        there = ", ".join(name for name in (WIFI, BLE) if name in tables) or "none"
+        there = next((name for name in (WIFI, BLE) if name in tables and tables[name].height), "")
+        cure = f"; for these, use a model of `vislam2tag train --technology {there}`" if there else ""
         raise DatasetError(
-            f"{path}: has no readings of {wanted[0]}, which the model was trained on (readings of: {there})"
+            f"{path}: has no readings of {wanted[0]}, which the model was trained on (readings of: {there or 'none'})"
+            f"{cure}"
         )
     grouped, odd_groups = grouped_readings(rows, _settings(origin.technology, origin.grouping))
-    block = _block(grouped, path.stem, name)
-    return RecordedScans(block, None if poses is None else Tracks.of_walk(path.stem, poses), (*findings, *odd_groups))
+    session = _session_name(path)
+    block = _block(grouped, session, name)
+    return RecordedScans(block, None if poses is None else Tracks.of_walk(session, poses), (*findings, *odd_groups))
+
+
+def _session_name(path: Path) -> str:
+    """Name of a recording: that in the labels of its survey, or its own."""
+    own = path.resolve()
+    folder = own if own.is_dir() else own.parent
+    device, floor = folder.parent, folder.parent.parent
+    if found := _FLOOR_FOLDER.fullmatch(floor.name):
+        return session_slugs([SessionKey(int(found[1]), device.name, folder.name)])[0]
+    return own.name if own.is_dir() else own.stem
 
 
 def _tables(path: Path) -> tuple[dict[str, pl.DataFrame], pl.DataFrame | None]:
@@ -97,10 +112,13 @@ def _tables(path: Path) -> tuple[dict[str, pl.DataFrame], pl.DataFrame | None]:
 
 def _inside(folder: Path) -> str:
     """What to pass instead of a folder of sessions or labels."""
+    kind = kind_of(folder)
     if (folder / "trajectory").is_dir():
-        return f". It is the output of `vislam2tag process`: run `vislam2tag dataset {folder} --out fingerprints` first"
+        return f". It is {kind}: run `vislam2tag dataset {folder} --out fingerprints` first"
     session = next((each for each in sorted(folder.glob("floor_*/*/*")) if each.is_dir()), None)
-    return "" if session is None else f". It is a survey: pass one of its sessions, such as {session}"
+    if session is None:
+        return f". It is {kind}" if kind else ""
+    return f". It is a survey: pass one of its sessions, such as {session}"
 
 
 def _wifi_file(path: Path) -> Session | None:

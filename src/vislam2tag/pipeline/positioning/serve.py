@@ -29,7 +29,7 @@ from vislam2tag.common.serving import BrokenBodyError, LargeBodyError, admit, wh
 from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.intake.level_scales import SIGNAL_STRENGTH
 from vislam2tag.intake.readings import is_masked
-from vislam2tag.pipeline.positioning.locate import located_table, namer
+from vislam2tag.pipeline.positioning.locate import located_table, missing_notes, missing_technologies, namer
 from vislam2tag.positioning.model_files import SavedModel, model_bytes
 from vislam2tag.positioning.radio_scans import scans_from_readings
 
@@ -80,6 +80,8 @@ class Position(_Message):
     """``unlike``: the scan is unlike all training data, so do not rely on the radii."""
     building: str | None
     floor: int | None
+    floor_name: str | None
+    """Null if the floor has only a number."""
     x: float | None
     """Metres in the frame of the floor (BCS), as y."""
     y: float | None
@@ -96,6 +98,8 @@ class LocateAnswer(_Message):
     """Positions in the order of the scans."""
 
     positions: list[Position]
+    notes: list[str] = []
+    """Messages about scans without Wi-Fi or without BLE, if the model was trained on both together."""
 
 
 class ServedFloor(_Message):
@@ -103,6 +107,8 @@ class ServedFloor(_Message):
 
     building: str
     floor: int
+    name: str = ""
+    """Empty if the floor has only a number."""
     plan: str | None
     """Address of the picture."""
     width_m: float | None = None
@@ -115,6 +121,8 @@ class ServedModel(_Message):
 
     model: str
     dataset: str
+    technology: str
+    """Technology of its training scans: ``wifi``, ``ble``, or ``wifi+ble`` for both in one scan."""
     frame: str
     scans: int
     """Number of training scans."""
@@ -148,7 +156,9 @@ class ServedAnswers:
         for storey in saved.model.storeys_:
             info = infos.get((storey.building, storey.floor))
             file = None if dataset is None or info is None or info.plan is None else dataset.files.get(info.plan)
-            shown = ServedFloor(building=storey.building, floor=storey.floor, plan=None)
+            shown = ServedFloor(
+                building=storey.building, floor=storey.floor, name=saved.origin.floor_name(storey), plan=None
+            )
             if info is not None and file is not None:
                 plan = {"plan": f"/plans/{len(self.plans)}", "lower_left_m": info.lower_left_m}
                 size = {"width_m": info.width_m, "height_m": info.height_m}
@@ -158,6 +168,7 @@ class ServedAnswers:
         self.model = ServedModel(
             model=saved.name,
             dataset=saved.origin.dataset,
+            technology=saved.origin.technology,
             frame=saved.origin.frame,
             scans=saved.origin.scans,
             access_points=len(saved.model.access_points_),
@@ -177,10 +188,11 @@ class ServedAnswers:
             session=np.array([scan.session for scan in scans], dtype=np.str_),
         )
         ids = np.array([scan.scan_id for scan in scans], dtype=np.str_)
-        table = located_table(ids, self._saved.model.predict(heard))
+        table = located_table(ids, self._saved.model.predict(heard), self._saved.origin)
         positions = [Position(**row) for row in table.rows(named=True)]
         self._latest.extend(positions)
-        return LocateAnswer(positions=positions)
+        notes = missing_notes(*missing_technologies(heard, self._saved))
+        return LocateAnswer(positions=positions, notes=notes)
 
     def file(self) -> bytes:
         """Return the model's file."""

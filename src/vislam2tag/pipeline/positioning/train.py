@@ -18,10 +18,10 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.tabular import Frames, TabularResult, listed_frame
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
 from vislam2tag.datasets.folder import open_dataset
-from vislam2tag.datasets.model import Dataset, Fold, Split
+from vislam2tag.datasets.model import Dataset, Fold, Split, is_own_name
 from vislam2tag.datasets.technologies import BLE, BOTH, main_technology
 from vislam2tag.positioning.learning_data import LearningData, ModelUpdate, learning_data, updated
-from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, load_model, save_model, write_onnx
+from vislam2tag.positioning.model_files import FloorName, ModelOrigin, SavedModel, load_model, save_model, write_onnx
 from vislam2tag.positioning.model_scores import BUDGET_S, ModelTrial, Score, score, tried_models
 from vislam2tag.positioning.places import LabelledScans
 from vislam2tag.positioning.registry import Positioner, model_named
@@ -223,6 +223,11 @@ def _origin(dataset: Dataset, technology: str, part: str, scans: int) -> ModelOr
         technology=technology,
         grouping=next((one for one in info.groupings if one.technology == technology), None),
         beacons=tuple(beacons.collect()["bssid"]) if technology == BOTH else (),
+        floor_names=tuple(
+            FloorName(building=floor.building, number=floor.number, name=floor.name)
+            for floor in info.floors
+            if is_own_name(floor.name, floor.number)
+        ),
         frame=info.frame,
         bssid_key=info.bssid_key,
     )

@@ -19,7 +19,8 @@ from vislam2tag.common.files.given_files import json_values
 from vislam2tag.common.files.own_files import OWN_FILES, OwnFiles, owned_files, without_record
 from vislam2tag.common.files.store import PROBE, Store, Stored, shown
 from vislam2tag.common.files.whole_output import files_below
-from vislam2tag.datasets.folder import MANIFEST, refuse_unless_replaced, written_by
+from vislam2tag.common.folder_kinds import written_by
+from vislam2tag.datasets.folder import MANIFEST, refuse_unless_replaced
 from vislam2tag.labeling.results import CONFLICTS_FILE, CONFLICTS_PAGE, PROGRAM, RUN_FILE, SUMMARY_FILE, SessionResult
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.run.failures import LOG_FILE, logged_to

@@ -51,7 +51,7 @@ function report(positions) {
   const index = model.floors.findIndex((one) => one.floor === last.floor && one.building === (last.building ?? ""));
   if (JSON.stringify(last) !== shown) part("floor").selectedIndex = index;
   shown = JSON.stringify(last);
-  part("said").textContent = `${last.scan_id}: ${last.building ?? ""} floor ${last.floor}, x ${last.x.toFixed(1)} m, `
+  part("said").textContent = `${last.scan_id}: ${last.building ?? ""} ${last.floor_name ?? ""} floor ${last.floor}, x ${last.x.toFixed(1)} m, `
     + `y ${last.y.toFixed(1)} m; radius ${last.radius_68_m.toFixed(1)} m (68 %), `
     + `${last.radius_95_m.toFixed(1)} m (95 %)`
     + (last.status === "unlike" ? ". The scan is unlike all training data: do not rely on this position" : "");
@@ -72,15 +72,19 @@ async function locate() {
   }
   const answer = await fetch("locate", { method: "POST", headers: { "Content-Type": "application/json" },
     body: JSON.stringify({ scans: [{ scan_id: "page", readings }] }) });
-  if (answer.ok) await refresh();
-  else part("said").textContent = (await answer.json()).message;
+  const found = await answer.json();
+  if (!answer.ok) part("said").textContent = found.message;
+  else {
+    await refresh();
+    part("notes").textContent = found.notes.join(" ");
+  }
 }
 
 async function start() {
   model = await (await fetch("model")).json();
   part("model").textContent = `${model.model}, learned from ${model.scans} scans of ${model.dataset}, `
     + `${model.access_points} access points`;
-  for (const one of model.floors) part("floor").append(new Option(`${one.building} ${one.floor}`.trim()));
+  for (const one of model.floors) part("floor").append(new Option(`${one.building} ${one.name} ${one.floor}`.replace(/ +/g, " ").trim()));
   part("floor").addEventListener("change", refresh);
   part("locate").addEventListener("click", locate);
   await refresh();
