@@ -25,7 +25,8 @@ from vislam2tag.datasets.folder import open_dataset
 from vislam2tag.datasets.format_registry import ImportContext, import_format_of
 from vislam2tag.datasets.labelled import open_labelled
 from vislam2tag.positioning.model_files import load_model
-from vislam2tag.positioning.scan_file import BadLines, Tracks, scan_blocks
+from vislam2tag.positioning.scan_file import BadLines, scan_blocks
+from vislam2tag.positioning.tracks import Tracks
 from vislam2tag.preparation.registration.record import RegistrationSettings
 from vislam2tag.preparation.registration.tape_and_clicks import read_distances, read_targets
 from vislam2tag.quality.evaluation.press_truth import read_route

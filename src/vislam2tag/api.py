@@ -89,7 +89,7 @@ NAMES_BY_MODULE = {
     "positioning.model_files": "ModelOrigin SavedModel load_model save_model",
     "positioning.model_scores": "ModelTrial TriedModel",
     "positioning.registry": "Positioner model_named",
-    "positioning.scan_file": "Tracks",
+    "positioning.tracks": "Tracks",
     "positioning.settings": "SequenceMethod",
     "preparation.planning.records": "PlanSummary",
     "preparation.planning.settings": "CameraSettings PlanSettings",

@@ -146,8 +146,8 @@ from vislam2tag.positioning.model_scores import ModelTrial as ModelTrial
 from vislam2tag.positioning.model_scores import TriedModel as TriedModel
 from vislam2tag.positioning.registry import Positioner as Positioner
 from vislam2tag.positioning.registry import model_named as model_named
-from vislam2tag.positioning.scan_file import Tracks as Tracks
 from vislam2tag.positioning.settings import SequenceMethod as SequenceMethod
+from vislam2tag.positioning.tracks import Tracks as Tracks
 from vislam2tag.preparation.planning.records import PlanSummary as PlanSummary
 from vislam2tag.preparation.planning.settings import CameraSettings as CameraSettings
 from vislam2tag.preparation.planning.settings import PlanSettings as PlanSettings

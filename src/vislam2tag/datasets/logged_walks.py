@@ -26,7 +26,6 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.fingerprints import (
     NAMES,
     TECHNOLOGIES,
-    PhoneMotion,
     SessionWalk,
     access_points_of,
     fingerprints_of,
@@ -36,6 +35,7 @@ from vislam2tag.datasets.fingerprints import (
 )
 from vislam2tag.datasets.format_registry import ImportContext
 from vislam2tag.datasets.model import Dataset, DatasetInfo, Grouping, Storey
+from vislam2tag.datasets.phone_motion import PhoneMotion
 from vislam2tag.datasets.schema import (
     ACCESS_POINTS,
     FINGERPRINTS,

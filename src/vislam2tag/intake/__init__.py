@@ -6,6 +6,8 @@ apply these rules and have no ranges of their own, except where the specificatio
 - ``readings``: addresses, signal strengths, and the level that means "not heard" in a table.
 - ``level_scales``: levels in another form than dBm.
 - ``cells``: numbers in text cells, decimal marks, separators, and cells that cannot be read.
+- ``table_form`` and ``foreign_table``: tables of other programs as columns of text.
+- ``columns``: roles of columns by name and content, or as ``columns.toml`` names them.
 - ``time_units``: the unit of times, rounded times, and clocks that were changed by an hour.
 - ``sensor_units``: units of accelerations, turn rates, magnetic fields and pressures.
 - ``clock_ties``: which ties between the clocks of two recordings are refused, and motion that contradicts one clock.

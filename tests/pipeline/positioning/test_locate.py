@@ -23,8 +23,8 @@ from vislam2tag.pipeline.positioning.train import TrainPlan, train
 from vislam2tag.positioning import scan_file
 from vislam2tag.positioning.model_files import FloorName, ModelOrigin
 from vislam2tag.positioning.places import Positions
-from vislam2tag.positioning.scan_file import Tracks
 from vislam2tag.positioning.settings import SequenceMethod
+from vislam2tag.positioning.tracks import Tracks
 
 KEY = b"0123456789abcdef-secret"
 

@@ -27,7 +27,6 @@ from vislam2tag.datasets.annotated_tables import (
     wifi_rows,
 )
 from vislam2tag.datasets.fingerprints import (
-    PhoneMotion,
     SessionWalk,
     access_points_of,
     fingerprints_of,
@@ -39,6 +38,7 @@ from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, ImportContext, ImportFormat, register
 from vislam2tag.datasets.labelled import LabelledSession
 from vislam2tag.datasets.model import Dataset, DatasetInfo, DatasetSource, FloorInfo, Grouping
+from vislam2tag.datasets.phone_motion import PhoneMotion
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MAGNETIC, READINGS, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings

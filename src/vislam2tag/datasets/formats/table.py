@@ -6,10 +6,8 @@ a folder are one data set; names with train and test are parts of its split.
 
 from __future__ import annotations
 
-import fnmatch
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
@@ -24,40 +22,28 @@ from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import LEVEL_OPTIONS, ImportContext, ImportFormat, register
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.datasets.recordings import table_with_times
+from vislam2tag.datasets.table_columns import BEACON, CELL, UUID, Layout, assumed_columns, columns_used, layout_of
 from vislam2tag.datasets.technologies import BLE, WIFI
 from vislam2tag.datasets.wide_tables import LevelRules, measured_levels, unknown_columns
 from vislam2tag.intake.cells import unreadable_cells, with_numbers
 from vislam2tag.intake.columns import (
     Column,
     ColumnNames,
-    columns_toml,
-    find_columns,
-    missing_column,
-    shown,
 )
 from vislam2tag.intake.foreign_table import SUFFIXES, ForeignTable, read_foreign_table
 from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale
-from vislam2tag.intake.readings import NO_ADDRESS, admitted, is_address, is_masked, normal_addresses
+from vislam2tag.intake.readings import NO_ADDRESS, admitted, is_masked, normal_addresses
 from vislam2tag.intake.time_units import NS_OF, are_dates, unix_unit
 from vislam2tag.site.georeference import Georeference, from_wgs84
 
 FORMAT = "table"
-ROLES = (
-    *("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "address", "level", "ssid", "frequency"),
-    *("technology", "scan", "device", "user", "session", "split", "uuid", "major", "minor"),
-)
-_BEACON = ("uuid", "major", "minor")
-_NUMBERED = re.compile(r"(?:w?ap|mac|bssid|rssi?|i?beacon|b|wifi|ble|router|node)?[ _-]?\d+", re.IGNORECASE)
-_UUID = r"[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}(?:[-_]\d+[-_]\d+)?"
-_OF_BLE = re.compile(rf"{_UUID}|(?:i?beacon|ble|b)[ _-]?\d+", re.IGNORECASE)
+_OF_BLE = re.compile(rf"{UUID}|(?:i?beacon|ble|b)[ _-]?\d+", re.IGNORECASE)
 """Names of BLE beacons."""
 _TECHNOLOGIES = {
     **dict.fromkeys(("wifi", "wi-fi", "wlan", "w"), WIFI),
     **dict.fromkeys(("ble", "bluetooth", "bluetooth le", "ibeacon", "beacon", "bt", "b"), BLE),
 }
 _PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
-_CELL = r"^([A-Za-z])[ _-]?(\d+)$"
 _STOREY = "floor|f|etage|og|level|l|stock|ebene"
 _FLOOR = re.compile(rf"(?:(?:{_STOREY})(?:-|[ _.]*))?(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
 _BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d*)|(\d+)\.? ?ug")
@@ -71,26 +57,13 @@ _DATES = tuple(
 """Forms of dates, those that are preferred first."""
 
 
-@dataclass(frozen=True)
-class _Layout:
-    found: Mapping[str, Column]
-    access_points: tuple[str, ...]
-    """Columns of a wide table; empty if the table is long."""
-    unused: tuple[str, ...] = ()
-
-    @property
-    def has_degrees(self) -> bool:
-        """Whether places are latitude and longitude."""
-        return not {"x", "y"} <= self.found.keys() and "cell" not in self.found
-
-
 def recognises(path: Path) -> bool:
     """Whether a file, or each table of a folder, is one in which a place and levels are found by name."""
     try:
         files = [path] if path.is_file() else sorted(path.iterdir())
         tables = [file for file in files if file.suffix.lower() in SUFFIXES and file.is_file()]
         for file in tables:
-            _layout(read_foreign_table(file, only_head=True), ColumnNames())
+            layout_of(read_foreign_table(file, only_head=True), ColumnNames())
     except (OSError, UsageError, DatasetError):
         return False
     return bool(tables)
@@ -103,10 +76,10 @@ def read(path: Path, context: ImportContext) -> Dataset:
     """
     names = _stated(context)
     files = [path] if path.suffix.lower() in SUFFIXES and path.is_file() else _files(path, context)
-    rows, heard, findings, layouts, first = [], [], list[Finding](), list[_Layout](), 0
+    rows, heard, findings, layouts, first = [], [], list[Finding](), list[Layout](), 0
     for file in files:
         table = read_foreign_table(file)
-        layout = _layout(table, names)
+        layout = layout_of(table, names)
         if layouts and layouts[0].found.keys() != layout.found.keys():
             raise DatasetError(
                 f"{file}: has other columns than {files[0].name} (found {', '.join(layout.found)}; expected "
@@ -118,7 +91,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         placed = own_rows if "part" in own_rows.columns else own_rows.with_columns(part=pl.lit(part, pl.String))
         rows.append(placed.with_columns(pl.col("row") + first, file=pl.lit(file.stem)))
         heard.append(own_heard.with_columns(pl.col("row") + first))
-        findings += [_assumed(table, layout), *odd, *unknown_columns(file, layout.unused)]
+        findings += [assumed_columns(table, layout), *odd, *unknown_columns(file, layout.unused)]
         first += own_rows.select(pl.col("row").max().fill_null(0)).item() + 1
         context.progress(file.name, len(files))
     whole, origin = _located(path, pl.concat(rows), layouts[0], names)
@@ -131,7 +104,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
     content = SetContent(points, {file.name: sha256_of(file) for file in files}, tuple(findings))
     dataset = SetDescription(FORMAT).dataset(path, content)
     (source,) = dataset.info.sources
-    used = _described(layouts, names.model_copy(update={"origin": origin}))
+    used = columns_used(layouts, names.model_copy(update={"origin": origin}))
     settings = {"columns": used.model_dump(exclude_none=True, mode="json")}
     sources = (source.model_copy(update={"settings": settings}),)
     return replace(dataset, info=dataset.info.model_copy(update={"sources": sources}))
@@ -160,110 +133,8 @@ def _files(path: Path, context: ImportContext) -> list[Path]:
     return files
 
 
-def _layout(table: ForeignTable, names: ColumnNames) -> _Layout:
-    """Find the columns; raises DatasetError if there is no place, or no level."""
-    columns, sample = table.columns, table.head()
-    given = names.access_points
-    patterns = () if given is None else (given,) if isinstance(given, str) else given
-    said = set(names.named.values())
-    wide = [name for name in columns if name not in said and _is_one_of(name, patterns)]
-    if patterns and not wide:
-        raise DatasetError(f"{table.path}: no column is {' or '.join(patterns)}; found the columns {shown(columns)}")
-    if not patterns:
-        own = [name for name in columns if name not in said]
-        wide = [name for name in own if is_address(name) or re.fullmatch(_UUID, name, re.IGNORECASE)]
-        wide += [name for name in own if name not in wide and _NUMBERED.fullmatch(name)]
-    free = [name for name in columns if name not in set(wide)]
-    roles = ROLES if names.cell is None else (*ROLES, "cell")
-    try:
-        found = find_columns(free, roles, names.named, sample.select(free))
-    except UsageError as error:
-        raise DatasetError(f"{table.path}: {error}") from error
-    is_long = not patterns and "level" in found and ("address" in found or found.keys() >= set(_BEACON))
-    points = () if is_long else tuple(name for name in columns if name in set(wide))
-    used = {*points, *(column.name for column in found.values())}
-    layout = _Layout(found, points, tuple(name for name in columns if name not in used))
-    if "cell" in found and names.cell_m is None:
-        raise DatasetError(f"{table.path}: {_cell_size(found['cell'].name)}")
-    _refuse_incomplete(table, sample, layout, is_long=is_long)
-    return layout
-
-
-def _is_one_of(name: str, patterns: Iterable[str]) -> bool:
-    return any(name == pattern or fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
-
-
-def _refuse_incomplete(table: ForeignTable, sample: pl.DataFrame, layout: _Layout, *, is_long: bool) -> None:
-    found = layout.found
-    placed = "cell" in found or {"latitude", "longitude"} <= found.keys()
-    missing = [] if placed else [axis for axis in "xy" if axis not in found]
-    if missing == ["x", "y"]:
-        for name, cells in sample.select(layout.unused).select(pl.col(pl.String)).to_dict().items():
-            if cells.count() and cells.str.contains(_CELL).all():
-                raise DatasetError(f"{table.path}: {_cell_size(name)}")
-    if not is_long and not layout.access_points:
-        missing += [role for role in ("address", "level") if role not in found]
-    if not missing:
-        return
-    if not table.header_line:
-        raise DatasetError(
-            f"{table.path}: has no header; found {len(table.columns)} columns. Write a line with their names above the "
-            "values, such as x,y,floor,time,bssid,rssi. If it is a file of a recording, pass the recording's folder"
-        )
-    wide = ', or access_points = ["AP*"] for a column for each access point' if "level" in missing else ""
-    draft = columns_toml(_described([layout], ColumnNames())) + "".join(f'{role} = ""\n' for role in missing)
-    instead = f"{table_with_times(table.path, found['time'].name)}. Otherwise: " if _is_recording(layout) else ""
-    raise DatasetError(
-        f"{table.path}: {instead}{missing_column(table.columns, missing)}{wide}; then pass --columns columns.toml. "
-        f"Draft of the file:\n{draft}"
-    )
-
-
-def _is_recording(layout: _Layout) -> bool:
-    """Whether a table has times, but neither a place nor columns of access points."""
-    placed = {"x", "y"} <= layout.found.keys() and "level" in layout.found
-    return "time" in layout.found and not placed and not layout.access_points
-
-
-def _cell_size(column: str) -> str:
-    return (
-        f"the column {column} contains cells of a grid such as O02, whose size in metres is unknown. Write to "
-        f'columns.toml: cell = "{column}" and cell_m = 3.0, with the true distance between neighbouring cells; then '
-        "pass --columns columns.toml"
-    )
-
-
-def _described(layouts: Sequence[_Layout], stated: ColumnNames) -> ColumnNames:
-    """What repeats the import of tables."""
-    named = {role: column.name for role, column in layouts[0].found.items()}
-    points = list(dict.fromkeys(name for layout in layouts for name in layout.access_points))
-    others = {*named.values(), *(name for layout in layouts for name in layout.unused)}
-    return stated.model_copy(update={**named, "access_points": _pattern(points, others)})
-
-
-def _pattern(points: Sequence[str], others: Collection[str]) -> str | tuple[str, ...] | None:
-    """One pattern of all access points and no other column, else their names; None if there are none."""
-    for pattern in ("??:??:??:??:??:??", *(f"{name.rstrip('0123456789')}*" for name in points[:1])):
-        fits = all(fnmatch.fnmatchcase(name, pattern) for name in points)
-        if len(points) > 1 and pattern != "*" and fits and not any(_is_one_of(name, (pattern,)) for name in others):
-            return pattern
-    return tuple(points) or None
-
-
-def _assumed(table: ForeignTable, layout: _Layout) -> Finding:
-    read = [f"{column.name} as {role}" for role, column in layout.found.items()]
-    if "floor" not in layout.found:
-        read.append("no column as floor, so that all fingerprints are on floor 0")
-    if layout.access_points:
-        read.append(f"{len(layout.access_points)} columns such as {layout.access_points[0]} as access points")
-    form = "".join(f"; {note}" for note in table.notes)
-    message = f"columns were read as follows: {', '.join(read)}{form}. Correct them with --columns if this is wrong"
-    severity = Severity.INFO
-    return Finding(kind="assumed_columns", file=table.path.name, count=len(read), message=message, severity=severity)
-
-
 def _common(
-    table: ForeignTable, lines: pl.Series, rows: pl.DataFrame, layout: _Layout, names: ColumnNames
+    table: ForeignTable, lines: pl.Series, rows: pl.DataFrame, layout: Layout, names: ColumnNames
 ) -> tuple[pl.DataFrame, list[Finding]]:
     """The columns of fingerprints other than levels, with numbers in metres."""
     found, file = layout.found, table.path.name
@@ -308,7 +179,7 @@ def _common(
 def _with_cells(rows: pl.DataFrame, file: str, cell_m: float) -> tuple[pl.DataFrame, list[Finding]]:
     """Add x and y of cells such as O02, metres; those of another form have none and are reported."""
     cell = pl.col("cell").str
-    letter, number = cell.extract(_CELL, 1).str.to_uppercase(), cell.extract(_CELL, 2).cast(pl.Float64)
+    letter, number = cell.extract(CELL, 1).str.to_uppercase(), cell.extract(CELL, 2).cast(pl.Float64)
     column = letter.replace_strict({chr(65 + place): float(place) for place in range(26)}, default=None)
     placed = rows.with_columns(x=column.cast(pl.Float64) * cell_m, y=number * cell_m)
     return placed, unreadable_cells(placed, "cell", placed["cell"].is_not_null() & placed["x"].is_null(), file)
@@ -370,7 +241,7 @@ def _dates(texts: pl.Series, zone: str) -> tuple[pl.Series, bool]:
 _Parts = tuple[pl.DataFrame, pl.DataFrame, list[Finding]]
 
 
-def _wide(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
+def _wide(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
     """The fingerprints of a wide table, read in batches; ``row`` is the line."""
     points = layout.access_points
     rules = LevelRules(NOT_HEARD, said=names.not_heard, scale=LevelScale(*names.levels) if names.levels else None)
@@ -403,7 +274,7 @@ def _wide(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
     return pl.concat(rows), named, odd
 
 
-def _long(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
+def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
     """The fingerprints of a long table: rows of one scan, or of equal place, time and device."""
     rows, odd = _common(table, table.lines, table.rows, layout, names)
     measures = ["level", *(["frequency"] if "frequency" in rows.columns else [])]
@@ -434,7 +305,7 @@ def _long(table: ForeignTable, layout: _Layout, names: ColumnNames) -> _Parts:
 
 def _with_identity(rows: pl.DataFrame) -> pl.DataFrame:
     """Name BLE beacons by UUID, major and minor, if these are known, as data sets of walks do."""
-    if not set(_BEACON) <= set(rows.columns):
+    if not set(BEACON) <= set(rows.columns):
         return rows
     beacon = pl.format("{}-{}-{}", pl.col("uuid").str.to_lowercase(), "major", "minor")
     address = pl.col("address") if "address" in rows.columns else pl.lit(None, pl.String)
@@ -459,7 +330,7 @@ def _with_technology(rows: pl.DataFrame, heard: pl.DataFrame) -> tuple[pl.DataFr
 
 
 def _located(
-    path: Path, rows: pl.DataFrame, layout: _Layout, names: ColumnNames
+    path: Path, rows: pl.DataFrame, layout: Layout, names: ColumnNames
 ) -> tuple[pl.DataFrame, tuple[float, float] | None]:
     """The rows with x and y in metres, and the origin of degrees."""
     if not layout.has_degrees:

@@ -20,7 +20,6 @@ from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_i
 from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import (
     TECHNOLOGIES,
-    PhoneMotion,
     SessionFingerprints,
     SessionWalk,
     fingerprints_of,
@@ -30,6 +29,7 @@ from vislam2tag.datasets.fingerprints import (
 )
 from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.datasets.model import DatasetSource, FloorInfo
+from vislam2tag.datasets.phone_motion import PhoneMotion
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, RTT, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
 from vislam2tag.datasets.settings import DatasetSettings

@@ -20,25 +20,32 @@ from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_json
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.given_tables import GivenTable, frame_of, times_in_text
 from vislam2tag.common.tabular import TabularResult
-from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
-from vislam2tag.core.clocks import ClockAlignment, Heard, align_by_levels, align_by_motion
+from vislam2tag.core.arrays import BoolArray, IntArray
+from vislam2tag.core.clocks import ClockAlignment
 from vislam2tag.core.interpolation import label_by_interpolation
 from vislam2tag.core.status import Status, counts_by_label
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.datasets.labelled import LabelledSession, open_labelled
 from vislam2tag.intake.clock_ties import MIN_SPREAD, motion_mismatch
 from vislam2tag.intake.foreign_table import read_foreign_table, table_of_frame
-from vislam2tag.intake.readings import level_findings, with_addresses, with_columns_in_place
-from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, ROUNDED, Span, other_day, shared_times, unix_span
+from vislam2tag.intake.time_units import HOUR_NS, OTHER_HOURS, Span, other_day, unix_span
 from vislam2tag.labeling.settings import LabelSettings
 from vislam2tag.labeling.tables import SCHEMAS, TRAJECTORY, status_text, trajectory_of, walked_within_sigma
-from vislam2tag.sessions.clocks import LEVELS, MOTION, agreement_by_motion, first_clear, heard_in, unix_ahead_ns
+from vislam2tag.pipeline.labels.table_clocks import (
+    MEASURED,
+    level_findings_of,
+    motion_in,
+    motion_of,
+    sentence_of,
+    table_aligners,
+    with_findings,
+)
+from vislam2tag.sessions.clocks import agreement_by_motion, first_clear, unix_ahead_ns
 from vislam2tag.sessions.foreign_tables import (
     MOST_NS,
     MOTION_COLUMNS,
     Clock,
     TableTimes,
-    readings_in,
     sensor_columns,
     table_times,
     time_column,
@@ -49,86 +56,6 @@ from vislam2tag.sessions.formats.phone import RECORD_FILE
 from vislam2tag.site.corrections.file import read_corrections
 from vislam2tag.site.discover import session_folders
 from vislam2tag.site.model import SessionKey
-
-_WHAT = {"GYRO": "turn rates", "ACC": "accelerations"}
-Aligner = Callable[[LabelledSession], ClockAlignment]
-
-
-def table_aligners(rows: pl.DataFrame, times: TableTimes, wanted: str | None) -> dict[str, Aligner]:
-    """Methods to align a table with a walk by name, the most exact first; ``wanted``: only this one.
-
-    Readings in ``rows`` are numbers. Raises UsageError if the wanted method is unknown, the table has no columns for
-    it, or times are rounded.
-    """
-    if wanted not in (None, MOTION, LEVELS):
-        raise UsageError(f"--by {wanted}: unknown method; choose one of {MOTION}, {LEVELS}")
-    found: dict[str, Aligner] = {}
-    for sensor, (their_ns, norm) in _motion(rows, times).items() if wanted != LEVELS else ():
-        if shared_times(their_ns[np.isfinite(norm)]):
-            raise UsageError(f"most readings share their time with others, so times are rounded; {ROUNDED}")
-        found[f"common {_WHAT[sensor]}"] = partial(_by_motion, their_ns, norm, sensor)
-    heard = _heard(rows, times) if wanted != MOTION else {}
-    if heard:
-        found["common access points"] = partial(_by_levels, heard)
-    if wanted is not None and not found:
-        needed = (
-            "columns such as gyro_x, gyro_y, gyro_z or acc_x, acc_y, acc_z"
-            if wanted == MOTION
-            else ("a column bssid and one of levels, such as rssi")
-        )
-        missing = f"--by {wanted}: the table needs {needed}; it has: {', '.join(rows.columns)}"
-        raise UsageError(_with_findings(missing, rows))
-    return found
-
-
-def _motion(rows: pl.DataFrame, times: TableTimes) -> dict[str, tuple[IntArray, FloatArray]]:
-    """Times (k,), ns, and norms (k,) of the sensors of motion that a table has."""
-    axes = {sensor: sensor_columns(rows.columns, sensor)[0] for sensor in MOTION_COLUMNS}
-    norms = {sensor: np.linalg.norm(rows.select(names).to_numpy(), axis=1) for sensor, names in axes.items() if names}
-    return {sensor: (times.time_ns[times.usable], norm[times.usable]) for sensor, norm in norms.items()}
-
-
-def _own_motion(session: LabelledSession, sensor: str) -> tuple[IntArray, FloatArray]:
-    own = session.table("sensors", ("time_ns", "sensor", "v1", "v2", "v3"), pl.col("sensor") == sensor)
-    return own["time_ns"].to_numpy(), np.linalg.norm(own.select("v1", "v2", "v3").to_numpy(), axis=1)
-
-
-def _by_motion(their_ns: IntArray, theirs: FloatArray, sensor: str, session: LabelledSession) -> ClockAlignment:
-    return align_by_motion(their_ns, theirs, *_own_motion(session, sensor))
-
-
-def _heard(rows: pl.DataFrame, times: TableTimes) -> Heard:
-    """Times and levels of each access point in a table; empty if it has no such columns."""
-    wifi = readings_in(rows)
-    if wifi is None:
-        return {}
-    in_place, _ = with_columns_in_place(wifi, "")
-    return heard_in(in_place.with_columns(pl.Series("time_ns", times.time_ns)).filter(pl.Series(times.usable)))
-
-
-def level_findings_of(rows: pl.DataFrame) -> list[Finding]:
-    """Findings about a table's addresses and levels; the rows (with ``row``, the line) keep them."""
-    wifi = readings_in(rows)
-    if wifi is None:
-        return []
-    in_place, exchanged = with_columns_in_place(wifi.with_columns(rows["row"]), "")
-    named, masked = with_addresses(in_place, "bssid", "")
-    done = "these readings are not used to align clocks"
-    return [*exchanged, *masked, *level_findings(named, "", done)]
-
-
-def _sentence(finding: Finding) -> str:
-    lines = f" (lines {', '.join(map(str, finding.lines))})" if finding.lines else ""
-    return f"{finding.kind} {finding.count}{lines}: {finding.message}"
-
-
-def _with_findings(problem: str, rows: pl.DataFrame) -> str:
-    return ". ".join([problem, *(_sentence(one).rstrip(".") for one in level_findings_of(rows))])
-
-
-def _by_levels(heard: Heard, session: LabelledSession) -> ClockAlignment:
-    return align_by_levels(heard, heard_in(session.table("wifi", ("bssid", "time_ns", "rssi_dbm"))))
-
 
 ADDED = ("x_m", "y_m", "z_m", "floor", "sigma", "status")
 _YEARS_NS = 10**18
@@ -228,7 +155,7 @@ def label(
     else:
         walks, why = _with_clocks(walks, times, readable, align, path_or_none(survey))
     why += _other_times(walks, times)
-    why += map(_sentence, (*odd, *unreadable, *level_findings_of(readable)))
+    why += map(sentence_of, (*odd, *unreadable, *level_findings_of(readable)))
     settings = LabelSettings.model_validate(open_labelled(Path(labels), follow_links=True).settings.get("labels", {}))
     made, counts = _labelled(rows, times, walks, settings.max_gap_s)
     return TableLabels(made, (times.interpretation, *read_in.notes, *why), counts)
@@ -269,7 +196,7 @@ def _with_clocks(
 ) -> tuple[list[_Walk], list[str]]:
     """Relate the table's clock to each walk's; walks with an unknown relation are skipped."""
     if align is None and times.clock is Clock.BOOT and any(_inside(walk, times).any() for walk in walks):
-        return walks, [_sentence(each) for walk in walks for each in _other_motion(walk, times, rows)]
+        return walks, [sentence_of(each) for walk in walks for each in _other_motion(walk, times, rows)]
     notes: list[str] = []
     found: list[_Walk] = []
     refused: list[str] = []
@@ -285,7 +212,7 @@ def _with_clocks(
             found.append(replace(walk, clock=clock))
             notes.append(f"{walk.session.slug}: the table's clock is {_words(clock)} ahead of boot, according to {how}")
     if not found:
-        raise UsageError(_with_findings(_nothing_tells(times, refused, align), rows))
+        raise UsageError(with_findings(_nothing_tells(times, refused, align), rows))
     return found, notes
 
 
@@ -293,10 +220,10 @@ def _other_motion(walk: _Walk, times: TableTimes, rows: pl.DataFrame) -> list[Fi
     """Report rows that are within a walk by their times, but not by their motion: by the first sensor that shows it."""
     inside = _inside(walk, times)
     within = replace(times, usable=inside)
-    for sensor, theirs in _motion(rows, within).items():
-        agreement = agreement_by_motion(*theirs, *_own_motion(walk.session, sensor), MIN_SPREAD[sensor])
+    for sensor, theirs in motion_in(rows, within).items():
+        agreement = agreement_by_motion(*theirs, *motion_of(walk.session, sensor), MIN_SPREAD[sensor])
         if agreement is not None:
-            return motion_mismatch(agreement, _WHAT[sensor], walk.session.slug, int(inside.sum()))
+            return motion_mismatch(agreement, MEASURED[sensor], walk.session.slug, int(inside.sum()))
     return []
 
 

@@ -23,9 +23,10 @@ from vislam2tag.pipeline.positioning.recorded_scans import RecordedScans, record
 from vislam2tag.positioning.model_files import ModelOrigin, SavedModel, load_model
 from vislam2tag.positioning.places import Positions
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
-from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, Tracks, is_scan_file, scan_blocks
+from vislam2tag.positioning.scan_file import SCANS_AT_ONCE, BadLines, ScanBlock, is_scan_file, scan_blocks
 from vislam2tag.positioning.sequences import filtered, smoothed
 from vislam2tag.positioning.settings import SequenceMethod
+from vislam2tag.positioning.tracks import Tracks
 
 OK, UNLIKE, UNKNOWN = "ok", "unlike", "unknown"
 LOCATED = {

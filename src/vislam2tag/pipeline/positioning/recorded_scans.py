@@ -23,7 +23,8 @@ from vislam2tag.datasets.technologies import BLE, WIFI, parts_of
 from vislam2tag.intake.readings import admitted
 from vislam2tag.positioning.model_files import ModelOrigin
 from vislam2tag.positioning.radio_scans import scans_from_readings
-from vislam2tag.positioning.scan_file import COLUMNS, ScanBlock, Tracks
+from vislam2tag.positioning.scan_file import COLUMNS, ScanBlock
+from vislam2tag.positioning.tracks import Tracks
 from vislam2tag.sessions.companions import read_recording, unpacked
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.registry import UNKNOWN_FORMAT, format_of, read_session
