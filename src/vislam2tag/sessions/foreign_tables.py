@@ -88,7 +88,7 @@ def table_times(
     texts = values.cast(pl.String).str.strip_chars()
     texts = texts.str.replace(r"^(\d{4})[/-](\d\d)[/-](\d\d)[T _-]", "${1}-${2}-${3} ")
     if clock is None and (texts.str.contains(r"^\d{4}-\d\d-\d\d[T ]").sum() or 0) > len(texts) / 2:
-        times = _iso_times(values.name, texts, zone)
+        times = _iso_times(values.name, texts, zone, _lines(values, lines))
     else:
         times = _numeric_times(values, spans_ns, clock, unit, aligned=aligned)
     rows = np.flatnonzero(times.usable)
@@ -186,7 +186,7 @@ def _share_inside(time_ns: FloatArray, spans_ns: IntArray) -> float:
     return float(inside.mean())
 
 
-def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
+def _iso_times(name: str, texts: pl.Series, zone: str | None, lines: pl.Series) -> TableTimes:
     missing_zone = None if zone is None else time_zone(zone, "--zone")
     time_ns, usable = np.zeros(len(texts), dtype=np.int64), np.zeros(len(texts), dtype=bool)
     for i, text in enumerate(texts.to_list()):
@@ -196,7 +196,7 @@ def _iso_times(name: str, texts: pl.Series, zone: str | None) -> TableTimes:
             continue
         if moment.tzinfo is None and missing_zone is None:
             raise UsageError(
-                f"column {name}, row {i + 1}: '{text}' has no time zone; pass it with --zone, such as Europe/Berlin"
+                f"column {name}, line {lines[i]}: '{text}' has no time zone; pass it with --zone, such as Europe/Berlin"
             )
         moment = moment if moment.tzinfo is not None else moment.replace(tzinfo=missing_zone)
         whole_s = (moment.replace(microsecond=0) - _EPOCH) // timedelta(seconds=1)
