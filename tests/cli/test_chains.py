@@ -81,6 +81,39 @@ def test_a_session_and_its_wifi_file_are_located(folder: Path, tmp_path: Path) -
         assert (f"{len(scans)} scans without a known BLE beacon" in done.stdout) == (given != session)
 
 
+@pytest.mark.parametrize(("time", "factor"), [("time_ns", 1), ("time", 1), ("time", 1000)])
+@pytest.mark.parametrize("scan", [True, False], ids=["scan", "no scan"])
+def test_a_table_of_readings_is_located_scan_by_scan(
+    folder: Path, tmp_path: Path, time: str, factor: int, *, scan: bool
+) -> None:
+    rows = [
+        [cell.strip() for cell in line.split(";")]
+        for line in (first_session(folder) / "wifi.csv").read_text().splitlines()
+    ]
+    head = [*(["scan"] if scan else []), time, "bssid", "rssi"]
+    lines = [",".join([*([row[0]] if scan else []), str(int(row[1]) // factor), row[4], row[5]]) for row in rows]
+    (tmp_path / "table.csv").write_text("\n".join([",".join(head), *lines, ""]))
+    done = vislam2tag("locate", folder / "wifi.v2t", tmp_path / "table.csv", "--out", tmp_path / "there.csv")
+    assert done.returncode == 0, done.stderr
+    expected = vislam2tag(
+        "locate", folder / "wifi.v2t", first_session(folder) / "wifi.csv", "--out", tmp_path / "x.csv"
+    )
+    assert expected.returncode == 0, expected.stderr
+    found, wanted = (pl.read_csv(tmp_path / name).select("x", "y") for name in ("there.csv", "x.csv"))
+    if scan:
+        assert found.equals(wanted)
+    else:  # only the times show where a scan ends
+        assert abs(found.height - wanted.height) <= 0.3 * wanted.height
+
+
+def test_a_data_set_is_not_overwritten_by_a_model(folder: Path) -> None:
+    file = folder / "both" / "dataset.json"
+    before = file.read_bytes()
+    said = the_error(vislam2tag("train", folder / "both", "--model", "weighted-knn", "--out", file))
+    assert "would overwrite a file of a data set" in said
+    assert file.read_bytes() == before
+
+
 def test_a_request_with_both_technologies_is_answered(folder: Path) -> None:
     answers = ServedAnswers(load_model(folder / "both.v2t"), folder / "out")
     dataset = folder / "both"
@@ -135,6 +168,10 @@ def test_labels_are_the_track_of_a_session(folder: Path, tmp_path: Path) -> None
     (tmp_path / "track.csv").write_text("session,time_ns,x,y\nother,1,0.0,0.0\n")
     said = the_error(vislam2tag("locate", folder / "wifi.v2t", session, "--track", tmp_path / "track.csv"))
     assert "contains no track of session floor_0.LG." in said
+    slug = min((folder / "out" / "labels" / "trajectory").glob("*LG*.parquet")).stem
+    (tmp_path / "track.csv").write_text(f"session,time_ns,x,y\n{slug},1,0.0,0.0\n")
+    said = the_error(vislam2tag("locate", folder / "wifi.v2t", session, "--track", tmp_path / "track.csv"))
+    assert f"the track of session {slug} has no position at the times of its scans" in said
     said = the_error(vislam2tag("locate", folder / "wifi.v2t", session, "--track", folder / "survey"))
     assert "it is a survey; pass the output folder of `vislam2tag process`" in said
 

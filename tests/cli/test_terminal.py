@@ -134,7 +134,9 @@ def test_a_table_that_polars_panics_over_is_one_message(tmp_path: Path, capfd: p
     if not _damaged_until_polars_panics(table, capfd):
         pytest.skip("this version of Polars panics over no byte of it")
     told = vislam2tag_process("label", table, "--labels", tmp_path)
-    assert the_error(told) == f"error: {table}: cannot be read as a table (it is damaged)"
+    assert the_error(told) == (
+        f"error: {table}: cannot be read as CSV, Parquet or XLSX (it is damaged); save the table as CSV and pass that"
+    )
 
 
 def _damaged_until_polars_panics(table: Path, capfd: pytest.CaptureFixture[str]) -> bool:

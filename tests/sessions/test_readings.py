@@ -26,6 +26,7 @@ from vislam2tag.sessions.readings import (
     mark_wifi,
     median_scan_interval_s,
     repeated_scans,
+    scan_numbers,
     sensor_table,
     wifi_findings,
     with_sensor_units,
@@ -353,3 +354,26 @@ def test_stale_scans_are_not_used_whatever_their_times() -> None:
 
 def test_a_few_access_points_may_be_alike_by_chance() -> None:
     assert repeated_scans(scans([-50.0, -60.0], [-50.0, -60.0])) == []
+
+
+SECOND = 10**9
+
+
+def numbered(times: list[float], points: str, said: list[str] | None = None) -> list[int]:
+    time_ns = pl.Series([round(time * SECOND) for time in times], dtype=pl.Int64)
+    return scan_numbers(time_ns, pl.Series(list(points)), None if said is None else pl.Series(said)).to_list()
+
+
+def test_scans_are_numbered_by_their_column_also_if_it_starts_again() -> None:
+    assert numbered([0, 0.5, 4, 4.2], "abab", ["7", "7", "8", "8"]) == [1, 1, 2, 2]
+    assert numbered([4, 0, 4.2, 0.5], "aabb", ["b", "x", "b", "x"]) == [2, 1, 2, 1], "names in the order of time"
+    again = numbered([0, 0.5, 4, 100, 100.5, 104], "abaaba", ["1", "1", "2", "1", "1", "2"])
+    assert len(set(again)) == 4
+    assert again[0] == again[1] < again[2] < again[3] == again[4] < again[5]
+
+
+def test_scans_without_a_column_are_of_one_time_or_end_with_a_gap() -> None:
+    assert numbered([0, 0, 4, 4], "abab") == [1, 1, 2, 2]
+    assert numbered([0, 0.2, 0.4, 4, 4.3], "abcab") == [1, 1, 1, 2, 2]
+    stream = numbered([0.1 * number for number in range(40)], "ab" * 20)
+    assert stream == [1 + number // 2 for number in range(40)], "no access point is twice in a scan"

@@ -54,5 +54,7 @@ def instead_of(dataset: Dataset, technology: str) -> str:
     """Rest of a message about fingerprints that a data set does not contain: what there is, and what to do."""
     there = technologies_of(dataset)
     found = f"; it contains fingerprints of {', '.join(there)}" if there else ""
-    joined = technology == BOTH and BLE in there
-    return f"{found}. Build it with `vislam2tag dataset --ble-with-wifi`" if joined else found
+    if technology == BOTH and BLE in there:
+        return f"{found}. Build it with `vislam2tag dataset --ble-with-wifi`"
+    joined = technology in parts_of(BOTH) and BOTH in there
+    return f"{found}. Build it without `--ble-with-wifi`" if joined else found

@@ -25,6 +25,7 @@ from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import ExportContext
 from vislam2tag.datasets.labelled import LabelledSurvey, open_labelled, without_sessions
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset, Fold, SessionTables, Split, each_session
+from vislam2tag.datasets.technologies import instead_of
 from vislam2tag.labeling.results import SessionResult
 from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.site.links import left_out_sessions
@@ -240,7 +241,8 @@ def labelled_fingerprints(
                 f"{dataset.info.name}: no {what} has a certain position, and this format cannot store a standard "
                 "deviation; `dataset --max-sigma-m` sets the limit"
             )
-        raise DatasetError(f"{dataset.info.name}: no {what} has a position, and this format needs one")
+        instead = "" if technology is None else instead_of(dataset, technology)
+        raise DatasetError(f"{dataset.info.name}: no {what} has a position, and this format needs one{instead}")
     messages: tuple[tuple[FindingKind, str], ...] = (
         (
             "unlabelled_left_out",

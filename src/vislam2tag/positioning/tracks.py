@@ -56,13 +56,19 @@ class Tracks:
         tracks._path, tracks._tables = Path(session), {session: track.lazy()}
         return tracks
 
-    def refuse_without(self, session: str) -> None:
-        """Raise DatasetError if there is no track of a session."""
+    def refuse_without(self, scans: RadioScans) -> None:
+        """Raise DatasetError if there is no track of the one session of the scans, or none at their times."""
+        session = str(scans.session[0])
         if session not in self._tables:
             there = ", ".join(sorted(self._tables)[:_NAMED]) + (", ..." if len(self._tables) > _NAMED else "")
             raise DatasetError(
                 f"--track {self._path}: contains no track of session {session}, only of {there or 'none'}; pass the "
                 "labels of its survey, or leave out --track to use the recording's own poses"
+            )
+        if not np.isfinite(self.at(scans)).any():
+            raise DatasetError(
+                f"--track {self._path}: the track of session {session} has no position at the times of its scans; pass "
+                "the labels of the survey with these scans, or leave out --track to use the recording's own poses"
             )
 
     def at(self, scans: RadioScans) -> FloatArray:

@@ -19,11 +19,13 @@ from vislam2tag.intake.cells import unreadable_cells, with_numbers
 from vislam2tag.intake.columns import KNOWN_NAMES, TIME, find_columns, time_unit
 from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit, with_axes_in_place
 from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
-from vislam2tag.sessions.readings import mark_repeated, sensor_rows, sensor_table
+from vislam2tag.sessions.readings import mark_repeated, scan_numbers, sensor_rows, sensor_table
 
 _UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
 MOST_NS = 2**62
 """146 years: sums and differences of less than this before and after a clock's zero have a place in 64 bits."""
+_LONGEST_NS = 6 * 3600 * 10**9
+"""Six hours: recordings are shorter, and in the next larger unit those of more than 22 s are longer."""
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 FIRST_UNIX_S, _LAST_UNIX_S = 1.26e9, 4.1e9
 """2010 to 2099: times between are taken for Unix times, in whichever unit they are so."""
@@ -134,7 +136,7 @@ def _numeric_times(
     if aligned and clock is None and unit is None and time_unit(values.name) is None:
         inside = any(_share_inside(numbers[usable] * factor, spans_ns) for factor in _UNITS_NS.values())
         known = inside or _unix_unit(numbers[usable], list(_UNITS_NS))
-        clock, unit = (None, None) if known else (Clock.BOOT, "s")
+        clock, unit = (None, None) if known else (Clock.BOOT, _boot_unit(numbers[usable]))
     found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)
     factor = _UNITS_NS[found_unit]
     if (step_s := step * factor / 1e9) > MAX_STEP_S:
@@ -146,6 +148,12 @@ def _numeric_times(
         time_ns = np.round(np.where(usable, numbers, 0.0) * factor).astype(np.int64)
     named = "since boot" if found_clock is Clock.BOOT else "Unix time"
     return TableTimes(time_ns, usable, found_clock, f"column {values.name}: {named} in {found_unit}")
+
+
+def _boot_unit(numbers: FloatArray) -> str:
+    """The largest unit in which times since boot are of one recording."""
+    span = float(np.ptp(numbers))
+    return next((unit for unit, factor in _UNITS_NS.items() if span * factor < _LONGEST_NS), "ns")
 
 
 def _clock_and_unit(
@@ -302,13 +310,15 @@ def session_tables(rows: pl.DataFrame, name: str, file: str) -> tuple[dict[str, 
 
 
 def _wifi(rows: pl.DataFrame) -> pl.DataFrame:
-    """Readings of access points; those of one time are a scan."""
+    """Readings of access points by scan."""
     readings = readings_in(rows)
     assert readings is not None
+    named = find_columns(rows.columns, ("scan",)).get("scan")
+    said = None if named is None else rows[named.name]
     table = rows.select(
         "row",
         "time_ns",
-        pl.col("time_ns").rank("dense").cast(pl.Int32).alias("scan"),
+        scan_numbers(rows["time_ns"], readings["bssid"], said).alias("scan"),
         readings["bssid"],
         readings["ssid"],
         readings["rssi_dbm"].cast(pl.Float32),

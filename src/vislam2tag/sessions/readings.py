@@ -23,6 +23,8 @@ _UNCALIBRATED = "_UN"
 _MIN_READINGS = 100
 """Fewer show no unit: about a second."""
 SENSOR_VALUES = tuple(f"v{i}" for i in range(1, 7))
+_NEW_SCAN_NS = 1_000_000_000
+_LONGEST_SCAN_NS = 60_000_000_000
 SENSOR_SCHEMA = {"time_ns": pl.Int64, "sensor": pl.String, **dict.fromkeys(SENSOR_VALUES, pl.Float64)}
 
 
@@ -45,6 +47,32 @@ def sensor_table(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Find
         ("non_finite_values", infinite, "values are not finite; they are kept unchanged", Severity.WARNING),
     )
     return table, findings
+
+
+def scan_numbers(time_ns: pl.Series, bssid: pl.Series, said: pl.Series | None) -> pl.Series:
+    """Number the Wi-Fi scans (n,) of readings at ``time_ns`` (n,), ns, in the order of time.
+
+    By the numbers or names ``said`` (n,), which may start again later. Without them, by equal times if readings share
+    theirs, else a scan ends with a gap of a second, or when one of its access points is read again.
+    """
+    rows = pl.DataFrame({"time": time_ns, "bssid": bssid}).with_row_index("at")
+    if said is not None:
+        rows = rows.with_columns(said=said.cast(pl.String)).sort("time", "said")
+        spans_ns = rows.group_by("said").agg(pl.col("time").max() - pl.col("time").min())["time"]
+        if int(spans_ns.max() or 0) > _LONGEST_SCAN_NS:  # type: ignore[arg-type]
+            return rows.with_columns(scan=pl.col("said").rle_id()).sort("at")["scan"].cast(pl.Int32)
+        first = pl.col("time").min().over("said")
+        return rows.with_columns(scan=pl.struct(first, "said").rank("dense")).sort("at")["scan"].cast(pl.Int32)
+    if time_ns.n_unique() * 2 <= len(time_ns):
+        return time_ns.rank("dense").cast(pl.Int32)
+    rows = rows.sort("time").with_columns(gap=pl.col("time").diff().fill_null(0) > _NEW_SCAN_NS)
+    scan, numbers, heard = 1, list[int](), set[str]()
+    for point, gap in rows.select("bssid", "gap").iter_rows():
+        if gap or point in heard:
+            scan, heard = scan + 1, set()
+        heard.add(point)
+        numbers.append(scan)
+    return rows.with_columns(scan=pl.Series(numbers, dtype=pl.Int32)).sort("at")["scan"]
 
 
 def with_sensor_units(rows: pl.DataFrame, file: str) -> tuple[pl.DataFrame, list[Finding]]:

@@ -21,6 +21,7 @@ from tests.datasets.formats.round_trip import (
     signatures_of_hdf5,
     with_split,
 )
+from tests.datasets.test_technologies import JOINED
 from vislam2tag.datasets.formats.hdf5 import FILE, NOT_HEARD_DBM
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS
 from vislam2tag.pipeline.datasets.build import build_dataset
@@ -129,3 +130,15 @@ def test_a_full_disk_is_one_error(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines() == ["File too large"] * 4
     assert not list(tmp_path.iterdir())
+
+
+def test_the_matrix_of_both_technologies_has_all_transmitters(tmp_path: Path) -> None:
+    exported(JOINED, "hdf5", tmp_path / "out")
+    with h5py.File(tmp_path / "out" / FILE) as file:
+        (group,) = file.values()
+        points = group["access_points/bssid"].asstr()[:].tolist()
+        levels = group["X"][:]
+    known = JOINED.fingerprints.drop_nulls("x").select("scan_id")
+    heard = JOINED.readings.join(known, on="scan_id", how="semi").select("scan_id", "bssid").unique().collect()
+    assert points == JOINED.access_points.collect()["bssid"].to_list()
+    assert (levels != NOT_HEARD_DBM).sum() == heard.height > 0

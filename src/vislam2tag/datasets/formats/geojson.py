@@ -63,8 +63,9 @@ def georeferences(
     missing = used - set(known)
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(missing))
     message = (
-        f"floors without a georeference ({named}): all coordinates are metres in the frame of each floor; add a "
-        "georeference to site.toml, make the data set again with `dataset --survey`, and export again"
+        f"floors without a georeference ({named}): all coordinates are metres in the frame of each floor, but GIS "
+        "programs read them as degrees; export to geopackage, or add a georeference to site.toml, make the data set "
+        "again with `dataset --survey`, and export again"
     )
     return {} if missing else known, finding_if(len(missing), "no_georeference", message, file)
 

@@ -26,6 +26,7 @@ from vislam2tag.datasets import writing
 from vislam2tag.datasets.format_registry import ExportContext, ExportFormat, register
 from vislam2tag.datasets.model import Dataset, Split
 from vislam2tag.datasets.schema import IMU_WINDOWS, MAGNETIC, SCHEMAS, UNITS
+from vislam2tag.datasets.technologies import parts_of
 
 if TYPE_CHECKING:
     import h5py
@@ -314,7 +315,7 @@ def write(dataset: Dataset, folder: Folder, context: ExportContext) -> tuple[Fin
 def _technology(
     group: h5py.Group, dataset: Dataset, fingerprints: pl.LazyFrame, kind: str, context: ExportContext
 ) -> tuple[Finding, ...]:
-    transmitters = dataset.access_points.filter(pl.col("technology") == kind).collect()
+    transmitters = dataset.access_points.filter(pl.col("technology").is_in(parts_of(kind))).collect()
     ids = fingerprints.select("scan_id").collect(engine="streaming")["scan_id"]
     words = {name: _vocabulary(fingerprints, name) for name in _NAMES}
     lost = np.zeros(3, dtype=np.int64)

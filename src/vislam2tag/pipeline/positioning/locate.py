@@ -244,7 +244,7 @@ def locate(
 def _with_track(walks: WalkPlan | None, recorded: RecordedScans) -> WalkPlan | None:
     """Use a recording's own poses, unless another track was given; raises DatasetError if that is of other walks."""
     if walks is not None and walks.tracks is not None:
-        walks.tracks.refuse_without(str(recorded.block.scans.session[0]))
+        walks.tracks.refuse_without(recorded.block.scans)
         return walks
     if recorded.track is None:
         return walks

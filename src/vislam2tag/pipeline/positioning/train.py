@@ -17,7 +17,7 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.tabular import Frames, TabularResult, listed_frame
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
-from vislam2tag.datasets.folder import open_dataset
+from vislam2tag.datasets.folder import is_dataset, open_dataset
 from vislam2tag.datasets.model import Dataset, Fold, Split, is_own_name
 from vislam2tag.datasets.technologies import BLE, BOTH, main_technology
 from vislam2tag.positioning.learning_data import LearningData, ModelUpdate, learning_data, updated
@@ -103,6 +103,9 @@ def train(folder: AnyPath, plan: TrainPlan, out: AnyPath, progress: Progress[flo
     _check(plan)
     before = None if plan.update is None else load_model(plan.update)
     dataset = open_dataset(folder)
+    for file in [out] if onnx is None else [out, onnx]:
+        if file.exists() and any(map(is_dataset, file.resolve().parents)):
+            raise OutputError(f"{file}: would overwrite a file of a data set; choose another name")
     technology = plan.technology or main_technology(dataset)
     plan = replace(plan, technology=technology)
     learned, tested, part = _parts(dataset, plan)
