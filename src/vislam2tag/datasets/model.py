@@ -36,11 +36,6 @@ class Storey(NamedTuple):
     floor: int
 
 
-def is_own_name(name: str, number: int) -> bool:
-    """Whether the name of a floor says more than its number, such as "Ground floor"."""
-    return name.casefold() not in ("", str(number), f"floor {number}")
-
-
 class FloorInfo(Record):
     """One floor. Positions on it are in its BCS."""
 

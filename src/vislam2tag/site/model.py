@@ -107,6 +107,11 @@ class ControlPoints:
     """(p) file and 1-based line of each, ``floor_1/refmarker.csv:3``; empty where they come from no file."""
 
 
+def is_own_name(name: str, number: int) -> bool:
+    """Whether the name of a floor says more than its number, such as "Ground floor"."""
+    return name.casefold() not in ("", str(number), f"floor {number}")
+
+
 @dataclass(frozen=True)
 class Floor:
     """One floor of the site, in its own BCS (its origin is the plan's lower left where nothing says else)."""
@@ -139,6 +144,11 @@ class Floor:
     """Where the plan is in an object store; ``plan`` is then a copy that other machines do not have."""
     stored_mask: StoredFile | None = None
     """The same for ``mask``."""
+
+    @property
+    def title(self) -> str:
+        """Name and number as a heading: "Ground floor (floor 0)", or "Floor 0" if the name does not say more."""
+        return f"{self.name} (floor {self.number})" if is_own_name(self.name, self.number) else f"Floor {self.number}"
 
     @property
     def extent_m(self) -> tuple[float, float, float, float] | None:

@@ -12,7 +12,7 @@ from vislam2tag.quality.diagnosis.record import Reference, References
 from vislam2tag.site.model import Survey
 from vislam2tag.views.floor_map import drawn_plan, site_figure
 from vislam2tag.views.layers import GREEN, RED, Trace, arrows, plotly_text, scatter
-from vislam2tag.views.page import write_page
+from vislam2tag.views.page import survey_title, write_page
 
 
 def write_conflict_page(out_file: Path, survey: Survey, found: References) -> None:
@@ -22,7 +22,7 @@ def write_conflict_page(out_file: Path, survey: Survey, found: References) -> No
     """
     counts = Counter(one.verdict for one in found.compared)
     context = {
-        "title": survey.root.resolve().name,
+        "title": survey_title(survey.root),
         "found": found,
         "agree": counts[Verdict.AGREES],
         "nothing": counts[Verdict.NOTHING],

@@ -26,8 +26,8 @@ from vislam2tag.datasets.changes import (
     Changes,
 )
 from vislam2tag.datasets.coverage import FloorCoverage, GapWalk
-from vislam2tag.datasets.model import Storey, is_own_name
-from vislam2tag.site.model import Floor
+from vislam2tag.datasets.model import Storey
+from vislam2tag.site.model import Floor, is_own_name
 from vislam2tag.views.layers import (
     ORANGE,
     VERMILION,

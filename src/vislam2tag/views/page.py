@@ -17,6 +17,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from vislam2tag.common.files.whole_output import file_to_write
+from vislam2tag.site.site_file import has_site_file, read_site_file
 
 
 def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> None:
@@ -35,6 +36,13 @@ def write_page(out_file: Path, template: str, context: Mapping[str, Any]) -> Non
 def page_text(template: str, context: Mapping[str, Any]) -> str:
     """Return a page as text; the template gets what :func:`write_page` gives it."""
     return _environment().get_template(template).render(dict(context))
+
+
+def survey_title(root: Path) -> str:
+    """The building's name and the folder of its survey, as the title of a page: "Town hall (survey)"."""
+    folder = root.resolve().name
+    building = read_site_file(root).name if has_site_file(root) else ""
+    return f"{building} ({folder})" if building and building != folder else folder
 
 
 def embedded(text: str) -> Markup:

@@ -50,7 +50,7 @@ from vislam2tag.views.layers import (
     plotly_text,
     scatter,
 )
-from vislam2tag.views.page import write_page
+from vislam2tag.views.page import survey_title, write_page
 
 FAULTS = {
     Fault.OFFSET: "all walks observe it at the same other position: measure it again",
@@ -71,7 +71,7 @@ def write_check_page(
     It is written beside ``out_file`` and renamed when complete. Raises OutputError if it cannot be written.
     """
     context = {
-        "title": survey.root.resolve().name,
+        "title": survey_title(survey.root),
         "check": check,
         "expected_m": _expected_m(check),
         "median_m": median_left_out_m,

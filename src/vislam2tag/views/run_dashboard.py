@@ -21,7 +21,7 @@ from vislam2tag.site.model import Survey
 from vislam2tag.site.walkable.walked import WalkedFloor
 from vislam2tag.views.floor_map import drawn_plan, site_figure, walk_to_fill
 from vislam2tag.views.layers import Trace, cells, colour_bar
-from vislam2tag.views.page import distance, number, percent, write_page
+from vislam2tag.views.page import distance, number, percent, survey_title, write_page
 from vislam2tag.views.run_summary import problems
 
 CELL_M = 1.0
@@ -98,7 +98,7 @@ def write_dashboard(
     figures = RunFigures.of(summary, check, faults)
     tasks = _tasks(survey, summary, check, faults, pages)
     context = {
-        "title": survey.root.resolve().name,
+        "title": survey_title(survey.root),
         "summary": summary,
         "figures": figures,
         "expected_m": _mean(figures.expected_m, {floor.number: floor.frames for floor in check.floors}),

@@ -20,14 +20,13 @@ from vislam2tag.common.findings import Severity
 from vislam2tag.common.palette import STATUS_STYLES, StatusStyle, style_of
 from vislam2tag.core.status import Status, labelled_share
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.datasets.model import is_own_name
 from vislam2tag.labeling.results import LandmarkContradiction, SessionResult, Summary
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.quality.evaluation.reliability import coverage_curve
-from vislam2tag.site.model import Floor, Survey
+from vislam2tag.site.model import Floor, Survey, is_own_name
 from vislam2tag.views.floor_map import drawn_plan, floor_figure, session_part, size_m, surveyed_on
 from vislam2tag.views.layers import GRID, RED, Trace, chart, figure_json, plotly_text, scatter
-from vislam2tag.views.page import embedded, moment, write_page
+from vislam2tag.views.page import embedded, moment, survey_title, write_page
 from vislam2tag.views.run_summary import ADVICE, accuracy_sentence, lost_times, problems, status_times
 from vislam2tag.views.uncertainty import event_style, uncertainty
 
@@ -99,7 +98,7 @@ def _context(
 ) -> dict[str, Any]:
     pages = _Pages(survey, settings, results, summary)
     return {
-        "title": survey.root.resolve().name,
+        "title": survey_title(survey.root),
         "survey": survey,
         "names": {ref.slug: str(ref.key) for ref in survey.sessions},
         "summary": summary,

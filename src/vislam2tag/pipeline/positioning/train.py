@@ -18,13 +18,14 @@ from vislam2tag.common.progress import Progress, silent
 from vislam2tag.common.tabular import Frames, TabularResult, listed_frame
 from vislam2tag.datasets.folder import FILE as READINGS_FILE
 from vislam2tag.datasets.folder import is_dataset, open_dataset
-from vislam2tag.datasets.model import Dataset, Fold, Split, is_own_name
+from vislam2tag.datasets.model import Dataset, Fold, Split
 from vislam2tag.datasets.technologies import BLE, BOTH, main_technology
 from vislam2tag.positioning.learning_data import LearningData, ModelUpdate, learning_data, updated
 from vislam2tag.positioning.model_files import FloorName, ModelOrigin, SavedModel, load_model, save_model, write_onnx
 from vislam2tag.positioning.model_scores import BUDGET_S, ModelTrial, Score, score, tried_models
 from vislam2tag.positioning.places import LabelledScans
 from vislam2tag.positioning.registry import Positioner, model_named
+from vislam2tag.site.model import is_own_name
 
 SEED = "seed"
 
