@@ -66,6 +66,10 @@ def test_building_and_floor_reach_the_positions_and_pages(folder: Path, tmp_path
     assert "| Town hall 0 | Ground floor |" in (folder / "out" / "dataset" / "README.md").read_text()
     assert "Town hall, Ground floor (floor 0)" in (folder / "out" / "dataset" / "report.html").read_text()
     assert "Ground floor" in (folder / "out" / "labels" / "report.html").read_text()
+    said = the_error(vislam2tag("locate", folder / "wifi.v2t", folder / "out", "--out", tmp_path / "there.xlsx"))
+    assert "positions are written as CSV or JSON lines" in said
+    said = the_error(vislam2tag("locate", folder / "wifi.v2t", first_session(folder) / "ble.csv"))
+    assert f"Pass its session, {first_session(folder)}" in said
     for page in ("index.html", "labels/report.html", "check/check.html"):
         text = (folder / "out" / page).read_text()
         assert "<h1>Town hall (survey)</h1>" in text

@@ -58,7 +58,8 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
     except SessionError as error:
         why = str(error).replace("; name it with --time-column", "")
         if path.is_file():
-            why = f"{path}: {why.removeprefix(f'{path}: ')}. {_TABLE}"
+            place = _TABLE if format_of(path.parent) in (None, UNKNOWN_FORMAT) else f"Pass its session, {path.parent}"
+            why = f"{path}: {why.removeprefix(f'{path}: ')}. {place}"
         raise DatasetError(why) from error
     wanted = parts_of(origin.technology)
     rows, findings = dict[str, pl.DataFrame](), list[Finding]()
