@@ -43,7 +43,7 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
         "building": "buildingid buildingname bldg bldgid gebäude gebaeude gebäudeid site siteid",
         "room": "roomid roomname raum raumnummer zimmer space spaceid spot location place",
         "time": (
-            "timens timestamp timestamps stamp datetime t unixtime epoch zeit secondselapsed firstseen timeutc utc "
+            "timens timestamp timestamps stamp datetime t when unixtime epoch zeit secondselapsed firstseen timeutc utc "
             "utctime unix systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel elapsed "
             "elapsedtime elapsedrealtime timestampns date datum"
         ),
@@ -55,10 +55,16 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
         "ssid": "networkname essid network wifiname netzname",
         "frequency": "frequencymhz freq freqmhz frequencyinmhz frequenz centerfreq",
         "technology": "tech type radiotype networktype signaltype radio",
-        "scan": "scanid scanno scannr scannumber scanindex fingerprint fingerprintid fp fpid sampleid sample",
+        "scan": (
+            "scanid scanno scannr scannumber scanindex fingerprint fingerprintid fp fpid sampleid sample rep "
+            "repetition messung"
+        ),
         "device": "deviceid devicename devicemodel phone phoneid phonetype phonemodel model gerät geraet smartphone",
         "user": "userid username person personid collector nutzer participant subject",
-        "session": "sessionid trajectory trajectoryid traj trajid walk walkid track trackid run runid path pathid",
+        "session": (
+            "sessionid trajectory trajectoryid traj trajid walk walkid walkno walknr track trackid run runid runno "
+            "runnr path pathid begehung"
+        ),
         "split": "set subset dataset part partition fold usage",
         "landmark": "landmarkid marker markerid tag tagid sheet sheetid code qr qrcode aruco arucoid marke",
         "qx": _TURN.format("x"),

@@ -307,3 +307,68 @@ def test_addresses_in_other_notations_and_masked_ones(tmp_path: Path) -> None:
     assert found.access_points.collect()["bssid"].sort().to_list() == [A, B]
     (masked,) = (each for each in found.info.findings if each.kind == "masked_addresses")
     assert "columns of no address are skipped: 02:00:00:00:00:00. Possible cause" in masked.message
+
+
+def finding(dataset: api.Dataset, kind: str) -> list[api.Finding]:
+    return [each for each in dataset.info.findings if each.kind == kind]
+
+
+def restarting(scans: int = 2, places: int = 3) -> pd.DataFrame:
+    """Scan numbers that start again at each of some places; both access points are heard in each."""
+    rows = [
+        {"scan_nr": scan, "tour": place, "x": float(place), "y": 1.0, "bssid": name, "rss": -60.0 - scan - place - ap}
+        for place in range(places)
+        for scan in range(scans)
+        for ap, name in enumerate((A, B))
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_scan_numbers_that_start_again_are_split_by_place(tmp_path: Path) -> None:
+    path, columns = tmp_path / "t.csv", tmp_path / "columns.toml"
+    frame = restarting()
+    frame.to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out")
+    assert heard(found) == sorted(frame.assign(floor=0)[["x", "y", "floor", "bssid", "rss"]].itertuples(index=False))
+    assert found.fingerprints.collect().height == frame.groupby(["tour", "scan_nr"]).ngroups
+    (said,) = finding(found, "repeated_scan_numbers")
+    assert (said.count, said.severity) == (2, "warning")
+    assert 'name the column of walks in columns.toml: session = "NAME"' in said.message
+    columns.write_text('session = "tour"\n')
+    named = import_format(path, tmp_path / "named", ImportOptions(columns=columns))
+    assert heard(named) == heard(found)
+    assert not finding(named, "repeated_scan_numbers")
+    frame.rename(columns={"tour": "walk_no"}).to_csv(path, index=False)
+    known = import_format(path, tmp_path / "known")
+    assert known.fingerprints.collect()["session"].n_unique() == 3
+    assert not finding(known, "repeated_scan_numbers")
+
+
+def test_scan_numbers_that_start_again_at_one_place_are_split_by_time(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    frame = restarting().assign(x=0.0)
+    frame["when"] = pd.to_datetime("2023-07-01T12:00:00Z") + pd.to_timedelta(frame["tour"], "h")
+    frame.to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out")
+    assert found.fingerprints.collect().height == frame.groupby(["tour", "scan_nr"]).ngroups
+    assert found.fingerprints.collect()["start_ns"].n_unique() == 3
+
+
+def test_a_scan_whose_readings_have_own_places_and_times_stays_whole(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    names = [f"02:1a:00:00:00:{number:02x}" for number in range(8)]
+    rows = [f"1,{1.5 + number / 100},2,{1700000000 + number},{name},-60" for number, name in enumerate([*names, A])]
+    path.write_text("scan_id,x,y,time,bssid,rssi\n" + "\n".join(rows) + "\n")
+    found = import_format(path, tmp_path / "out")
+    assert found.fingerprints.collect().height == 1
+    assert not finding(found, "repeated_scan_numbers")
+
+
+def test_repeated_addresses_without_a_column_of_scans(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    restarting(places=1).rename(columns={"scan_nr": "durchgang"}).to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out")
+    (said,) = finding(found, "merged_scans")
+    assert (said.count, said.severity) == (1, "warning")
+    assert said.message.startswith("an address occurs up to 2 times within a fingerprint: several scans at one place")
+    assert said.message.endswith("(columns that are not used: durchgang, tour)")

@@ -20,6 +20,7 @@ from vislam2tag.common.findings import Finding, Severity, finding_if
 from vislam2tag.datasets.fingerprint_tables import SetContent, SetDescription
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import LEVEL_OPTIONS, ImportContext, ImportFormat, register
+from vislam2tag.datasets.long_tables import scans_of_rows
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
 from vislam2tag.datasets.table_columns import BEACON, CELL, UUID, Layout, assumed_columns, columns_used, layout_of
@@ -288,8 +289,8 @@ def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
     same = [name for name in by or _PLACE if name in rows.columns]
     same += ["technology"] if "technology" in rows.columns else []
     kept, about_levels = admitted(readings, "bssid", table.path.name)
-    first = rows.group_by(same, maintain_order=True).agg(pl.all().first())
-    owner = rows.select("row", owner=pl.col("row").first().over(same))
+    owner, about_scans = scans_of_rows(rows, kept, same, table.path.name, layout.unused)
+    first = rows.filter(pl.col("row").is_in(owner["owner"].unique().implode()))
     heard = (
         kept.drop_nulls("rssi_dbm")
         .join(owner, on="row")
@@ -300,7 +301,7 @@ def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
             *([pl.col("frequency").cast(pl.Float32).alias("frequency_mhz")] if "frequency" in rows.columns else []),
         )
     )
-    return first, heard, [*odd, *unread, *about_levels]
+    return first, heard, [*odd, *unread, *about_levels, *about_scans]
 
 
 def _with_identity(rows: pl.DataFrame) -> pl.DataFrame:
