@@ -372,3 +372,34 @@ def test_repeated_addresses_without_a_column_of_scans(tmp_path: Path) -> None:
     assert (said.count, said.severity) == (1, "warning")
     assert said.message.startswith("an address occurs up to 2 times within a fingerprint: several scans at one place")
     assert said.message.endswith("(columns that are not used: durchgang, tour)")
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "floors"),
+    [
+        ("level,bssid,rssi", f"-2,{A},-60|0,{B},-61", [-2, 0]),
+        ("level,bssid,signal", f"1. OG,{A},-60|EG,{B},-61", [0, 1]),
+        ("level,AP1,AP2", "2,-60,|0,,-61", [0, 2]),
+        ("level,storey,AP1,AP2", "2,4,-60,|0,5,,-61", [4, 5]),
+        ("level,bssid", f"-60,{A}|-61,{B}", [0, 0]),
+        ("level,bssid,rssi", f"-70,{A},-60|-71,{B},-61", [0, 0]),
+        ("level,bssid,power", f"-60,{A},3|-61,{B},2", [0, 0]),
+    ],
+)
+def test_a_column_level_is_the_floor_if_it_is_no_level(
+    tmp_path: Path, header: str, rows: str, floors: list[int]
+) -> None:
+    path = tmp_path / "t.csv"
+    lines = [f"{number},1,{row}" for number, row in enumerate(rows.split("|"))]
+    path.write_text(f"x,y,{header}\n" + "\n".join(lines) + "\n")
+    found = import_format(path, tmp_path / "out")
+    assert sorted(found.fingerprints.collect()["floor"].to_list()) == floors
+    assert sorted(found.readings.collect()["rssi_dbm"].to_list()) == [-61, -60]
+
+
+@pytest.mark.parametrize("cells", [("EG", "1. OG"), ("-1", "2")])
+def test_a_column_level_of_floors_alone_is_asked_for(tmp_path: Path, cells: tuple[str, str]) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"x,y,level,bssid\n1,2,{cells[0]},{A}\n3,2,{cells[1]},{B}\n")
+    with pytest.raises(DatasetError, match=r'(?s)expected for level one of .*floor = "level"'):
+        import_format(path, tmp_path / "out", ImportOptions(format_name="table"))
