@@ -6,6 +6,7 @@ import fnmatch
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import polars as pl
 
@@ -33,6 +34,7 @@ ROLES = (
 BEACON = ("uuid", "major", "minor")
 _NUMBERED = re.compile(r"(?:w?ap|mac|bssid|rssi?|i?beacon|b|wifi|ble|router|node)?[ _-]?\d+", re.IGNORECASE)
 UUID = r"[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}(?:[-_]\d+[-_]\d+)?"
+_NAMES_SHOWN = 5
 _GREATEST_FLOOR = 15
 """Whole numbers up to this one may be those of floors."""
 CELL = r"^([A-Za-z])[ _-]?(\d+)$"
@@ -83,6 +85,22 @@ def layout_of(table: ForeignTable, names: ColumnNames) -> Layout:
         raise DatasetError(f"{table.path}: {_cell_size(found['cell'].name)}")
     _refuse_incomplete(table, sample, layout, is_long=is_long)
     return layout
+
+
+def refuse_unknown_access_points(path: Path, layouts: Sequence[Layout], names: ColumnNames) -> None:
+    """Raise DatasetError if a name or pattern in ``access_points`` is that of no column, or of one with a role."""
+    if names.access_points is None or isinstance(names.access_points, str):
+        return
+    points = {name for layout in layouts for name in layout.access_points}
+    unknown = [each for each in names.access_points if not any(_is_one_of(name, (each,)) for name in points)]
+    if not unknown:
+        return
+    role = next((role for role, name in names.named.items() if name == unknown[0]), None)
+    why = "no column has this name" if role is None else f"the column is named as {role}, too"
+    raise DatasetError(
+        f"{path}: columns.toml: access_points has {', '.join(unknown[:_NAMES_SHOWN])}: {why}; remove the name from the "
+        "list, or correct it"
+    )
 
 
 def _names_senders(found: Mapping[str, Column]) -> bool:
@@ -174,10 +192,14 @@ def _cell_size(column: str) -> str:
 
 
 def columns_used(layouts: Sequence[Layout], stated: ColumnNames) -> ColumnNames:
-    """What repeats the import of tables."""
-    named = {role: column.name for role, column in layouts[0].found.items()}
+    """What repeats the import of tables; names that differ between them are left to be found again."""
+    first, *others_found = ({role: column.name for role, column in layout.found.items()} for layout in layouts)
+    named = {role: name for role, name in first.items() if all(each.get(role) == name for each in others_found)}
     points = list(dict.fromkeys(name for layout in layouts for name in layout.access_points))
-    others = {*named.values(), *(name for layout in layouts for name in layout.unused)}
+    others = {
+        *(column.name for layout in layouts for column in layout.found.values()),
+        *(name for layout in layouts for name in layout.unused),
+    }
     return stated.model_copy(update={**named, "access_points": _pattern(points, others)})
 
 

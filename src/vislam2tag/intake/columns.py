@@ -43,9 +43,9 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
         "building": "buildingid buildingname bldg bldgid gebäude gebaeude gebäudeid site siteid",
         "room": "roomid roomname raum raumnummer zimmer space spaceid spot location place",
         "time": (
-            "timens timestamp timestamps stamp datetime t when unixtime epoch zeit secondselapsed firstseen timeutc utc "
-            "utctime unix systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel elapsed "
-            "elapsedtime elapsedrealtime timestampns date datum"
+            "timens timestamp timestamps stamp datetime t when unixtime epoch zeit secondselapsed firstseen timeutc "
+            "utc utctime unix systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel "
+            "elapsed elapsedtime elapsedrealtime timestampns date datum"
         ),
         "address": (
             "bssid mac macaddress macaddr bssidmac apmac apbssid wifimac wlanmac wifibssid routermac address addr "
@@ -247,10 +247,16 @@ def find_columns(
 
     ``given`` has names by role, which count first; an empty one states that there is no such column. ``sample`` are
     some rows, in which addresses are recognised if no name says which column they are in. Raises UsageError if the
-    table does not have a given column.
+    table does not have a given column, or if one is given for two roles.
     """
     wanted = list(roles)
     named = {role: name for role, name in (given or {}).items() if role in wanted}
+    for role, name in named.items():
+        twice = next((other for other, its in named.items() if its == name and other != role), None)
+        if name and twice is not None:
+            raise UsageError(
+                f'columns.toml: {role} = "{name}" and {twice} = "{name}": a column has one meaning; correct one of them'
+            )
     found = {role: given_column(role, name, columns) for role, name in named.items() if name}
     for role in wanted:
         free = [name for name in columns if all(name != each.name for each in found.values())]
