@@ -65,9 +65,7 @@ def layout_of(table: ForeignTable, names: ColumnNames) -> Layout:
     if patterns and not wide:
         raise DatasetError(f"{table.path}: no column is {' or '.join(patterns)}; found the columns {shown(columns)}")
     if not patterns:
-        own = [name for name in columns if name not in said]
-        wide = [name for name in own if is_address(name) or re.fullmatch(UUID, name, re.IGNORECASE)]
-        wide += [name for name in own if name not in wide and _NUMBERED.fullmatch(name)]
+        wide = access_point_columns([name for name in columns if name not in said])
     free = [name for name in columns if name not in set(wide)]
     roles = ROLES if names.cell is None else (*ROLES, "cell")
     try:
@@ -85,6 +83,12 @@ def layout_of(table: ForeignTable, names: ColumnNames) -> Layout:
         raise DatasetError(f"{table.path}: {_cell_size(found['cell'].name)}")
     _refuse_incomplete(table, sample, layout, is_long=is_long)
     return layout
+
+
+def access_point_columns(columns: Sequence[str]) -> list[str]:
+    """The columns of a wide table that are named as access points: addresses, UUIDs and numbered names."""
+    addresses = [name for name in columns if is_address(name) or re.fullmatch(UUID, name, re.IGNORECASE)]
+    return addresses + [name for name in columns if name not in addresses and _NUMBERED.fullmatch(name)]
 
 
 def refuse_unknown_access_points(path: Path, layouts: Sequence[Layout], names: ColumnNames) -> None:
