@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.positioning import scan_file
-from vislam2tag.positioning.scan_file import ABSURD, MALFORMED, BadLines, scan_blocks
+from vislam2tag.positioning.scan_file import ABSURD, MALFORMED, BadLines, is_scan_file, scan_blocks
 
 HEAD = "scan_id,bssid,rssi_dbm\n"
 
@@ -138,7 +138,7 @@ def test_blocks_change_nothing(tmp_path_factory: pytest.TempPathFactory, sizes: 
     [
         ("", "line 1: no column scan_id; the first line must name scan_id, bssid, rssi_dbm"),
         ("x" * 200_000, "line 1: no column scan_id"),
-        ("scan_id,bssid,level\na,x,-50\n", "line 1: no column rssi_dbm"),
+        ("scan_id,bssid,loudness\na,x,-50\n", "line 1: no column rssi_dbm"),
         (
             HEAD + "a,x,-50\nb,x,-50\na,y,-50\n",
             "line 4: scan a appears again after another scan; the readings of a scan must",
@@ -148,6 +148,13 @@ def test_blocks_change_nothing(tmp_path_factory: pytest.TempPathFactory, sizes: 
 def test_files_that_are_no_scans_are_told(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(DatasetError, match=message):
         read(written(tmp_path / "scans.csv", text))
+
+
+def test_other_known_names_are_read_if_there_are_no_times(tmp_path: Path) -> None:
+    path = written(tmp_path / "scans.csv", "scan,MAC,rss\na,X,-50\nb,Y,-60\n")
+    assert is_scan_file(path)
+    assert read(path) == ({"a": {"x": -50.0}, "b": {"y": -60.0}}, {})
+    assert not is_scan_file(written(tmp_path / "timed.csv", "scan,time,MAC,rss\na,1700000000,X,-50\n"))
 
 
 def test_what_cannot_be_read_is_told(tmp_path: Path) -> None:

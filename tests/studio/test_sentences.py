@@ -50,6 +50,7 @@ PLACING = ROOT / "src" / "vislam2tag" / "pipeline" / "labels" / "placing_finding
 NOT_ON_THE_PAGE = {
     "every access point is heard in every row. No action needed if that is right; if a level means 'not heard', "
     "pass it with --not-heard LEVEL": "of wide tables, which are imported by a command",
+    "no level is {1}, which is stated as 'not heard'{2}. Correct --not-heard, or leave it out": "as above",
     "'{1}' is not a paper size; available are: {2}": "the page offers a choice",
     "--columns {1}: a column appears twice": "the page has no such option",
     "--columns {1}: required columns are missing: {2}": "the page has no such option",

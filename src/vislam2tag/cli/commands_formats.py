@@ -209,6 +209,7 @@ def _summary(dataset: api.Dataset, out: Path) -> list[str]:
         *(f"fingerprints ({kind}): {count}, with a position {labelled}" for kind, count, labelled in kinds),
         *(f"{name.replace('_', ' ')}: {count}" for name, count in rows.items() if name != "fingerprints"),
         f"floors: {_listed(floors)}",
+        *_extent(dataset),
         f"devices: {_listed(devices)}",
         f"splits: {_listed(list(info.splits))}",
         *(
@@ -216,6 +217,18 @@ def _summary(dataset: api.Dataset, out: Path) -> list[str]:
             for finding in info.findings
         ),
     ]
+
+
+def _extent(dataset: api.Dataset) -> list[str]:
+    """Where the fingerprints are, so that a wrong unit is seen."""
+    import polars as pl
+
+    bounds = [end for axis in "xy" for end in (pl.col(axis).min().alias(f"{axis}_min"), pl.col(axis).max())]
+    found = dataset.fingerprints.select(bounds).collect(engine="streaming").row(0)
+    if None in found:
+        return []
+    left, right, lowest, highest = found
+    return [f"extent: x from {left:.1f} to {right:.1f} m, y from {lowest:.1f} to {highest:.1f} m"]
 
 
 def floor_words(floor: FloorInfo) -> str:

@@ -8,8 +8,8 @@
   ``card`` document it.
 - ``technologies``: fingerprints of Wi-Fi, BLE and both. ``recordings`` points logs given to ``import`` to other
   commands.
-- ``formats`` reads and writes other formats; ``wide_tables``, ``table_columns``, ``point_fingerprints``,
-  ``logged_walks`` and ``writing`` contain what several formats share.
+- ``formats`` reads and writes other formats; ``wide_tables``, ``long_tables``, ``table_columns``,
+  ``point_fingerprints``, ``logged_walks`` and ``writing`` contain what several formats share.
 - ``comparison`` compares two data sets, ``joining`` joins them, and ``changes`` (with ``place_sums``) detects what
   changed in between.
 """

@@ -6,18 +6,22 @@ import fnmatch
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.datasets.recordings import table_with_times
+from vislam2tag.intake.cells import with_numbers
 from vislam2tag.intake.columns import (
     Column,
     ColumnNames,
     columns_toml,
     find_columns,
+    matching_columns,
     missing_column,
+    plain_name,
     shown,
 )
 from vislam2tag.intake.foreign_table import ForeignTable
@@ -30,6 +34,9 @@ ROLES = (
 BEACON = ("uuid", "major", "minor")
 _NUMBERED = re.compile(r"(?:w?ap|mac|bssid|rssi?|i?beacon|b|wifi|ble|router|node)?[ _-]?\d+", re.IGNORECASE)
 UUID = r"[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}(?:[-_]\d+[-_]\d+)?"
+_NAMES_SHOWN = 5
+_GREATEST_FLOOR = 15
+"""Whole numbers up to this one may be those of floors."""
 CELL = r"^([A-Za-z])[ _-]?(\d+)$"
 
 
@@ -58,16 +65,17 @@ def layout_of(table: ForeignTable, names: ColumnNames) -> Layout:
     if patterns and not wide:
         raise DatasetError(f"{table.path}: no column is {' or '.join(patterns)}; found the columns {shown(columns)}")
     if not patterns:
-        own = [name for name in columns if name not in said]
-        wide = [name for name in own if is_address(name) or re.fullmatch(UUID, name, re.IGNORECASE)]
-        wide += [name for name in own if name not in wide and _NUMBERED.fullmatch(name)]
+        wide = access_point_columns([name for name in columns if name not in said])
     free = [name for name in columns if name not in set(wide)]
     roles = ROLES if names.cell is None else (*ROLES, "cell")
     try:
         found = find_columns(free, roles, names.named, sample.select(free))
     except UsageError as error:
         raise DatasetError(f"{table.path}: {error}") from error
-    is_long = not patterns and "level" in found and ("address" in found or found.keys() >= set(BEACON))
+    if "level" not in names.named:
+        is_wide = bool(wide) and (bool(patterns) or not _names_senders(found))
+        found = _with_level(found, sample.select(free), names, is_wide=is_wide)
+    is_long = not patterns and "level" in found and _names_senders(found)
     points = () if is_long else tuple(name for name in columns if name in set(wide))
     used = {*points, *(column.name for column in found.values())}
     layout = Layout(found, points, tuple(name for name in columns if name not in used))
@@ -75,6 +83,72 @@ def layout_of(table: ForeignTable, names: ColumnNames) -> Layout:
         raise DatasetError(f"{table.path}: {_cell_size(found['cell'].name)}")
     _refuse_incomplete(table, sample, layout, is_long=is_long)
     return layout
+
+
+def access_point_columns(columns: Sequence[str]) -> list[str]:
+    """The columns of a wide table that are named as access points: addresses, UUIDs and numbered names."""
+    addresses = [name for name in columns if is_address(name) or re.fullmatch(UUID, name, re.IGNORECASE)]
+    return addresses + [name for name in columns if name not in addresses and _NUMBERED.fullmatch(name)]
+
+
+def refuse_unknown_access_points(path: Path, layouts: Sequence[Layout], names: ColumnNames) -> None:
+    """Raise DatasetError if a name or pattern in ``access_points`` is that of no column, or of one with a role."""
+    if names.access_points is None or isinstance(names.access_points, str):
+        return
+    points = {name for layout in layouts for name in layout.access_points}
+    unknown = [each for each in names.access_points if not any(_is_one_of(name, (each,)) for name in points)]
+    if not unknown:
+        return
+    role = next((role for role, name in names.named.items() if name == unknown[0]), None)
+    why = "no column has this name" if role is None else f"the column is named as {role}, too"
+    raise DatasetError(
+        f"{path}: columns.toml: access_points has {', '.join(unknown[:_NAMES_SHOWN])}: {why}; remove the name from the "
+        "list, or correct it"
+    )
+
+
+def _names_senders(found: Mapping[str, Column]) -> bool:
+    return "address" in found or found.keys() >= set(BEACON)
+
+
+def _with_level(
+    found: dict[str, Column], sample: pl.DataFrame, names: ColumnNames, *, is_wide: bool
+) -> dict[str, Column]:
+    """A column ``level`` is the floor in a wide table, next to a better name of levels, or if its cells are no levels.
+
+    The floor is then that column, unless another one is.
+    """
+    column = found.get("level")
+    if column is None or plain_name(column.name) != "level":
+        return found
+    own = {each.name for each in found.values()}
+    better = matching_columns([name for name in sample.columns if name not in own], "level")
+    better = [each for each in better if _may_be_levels(sample, each.name)]
+    if not is_wide and not better and (names.levels is not None or _may_be_levels(sample, column.name)):
+        return found
+    changed = {role: each for role, each in found.items() if role != "level"}
+    if better and not is_wide:
+        changed["level"] = better[0]
+    if "floor" not in names.named and not (_numbers(sample, column.name) < -_GREATEST_FLOOR).any():
+        changed.setdefault("floor", column)
+    return {role: changed[role] for role in (*ROLES, "cell") if role in changed}
+
+
+def _may_be_levels(sample: pl.DataFrame, name: str) -> bool:
+    """Whether cells are numbers in dBm, or in another form of levels; small whole numbers are not, but those of floors.
+
+    Also true if there are none.
+    """
+    numbers = _numbers(sample, name)
+    known = numbers.drop_nulls()
+    are_levels = (known.abs() > _GREATEST_FLOOR) | (known != known.round())
+    return not len(numbers) or (2 * len(known) > len(numbers) and are_levels.any())
+
+
+def _numbers(sample: pl.DataFrame, name: str) -> pl.Series:
+    """The numbers of the cells that are not empty, null for text."""
+    cells = sample.select(pl.lit(0).alias("row"), pl.col(name).cast(pl.String)).drop_nulls()
+    return with_numbers(cells, [name], "")[0][name]
 
 
 def _is_one_of(name: str, patterns: Iterable[str]) -> bool:
@@ -122,10 +196,14 @@ def _cell_size(column: str) -> str:
 
 
 def columns_used(layouts: Sequence[Layout], stated: ColumnNames) -> ColumnNames:
-    """What repeats the import of tables."""
-    named = {role: column.name for role, column in layouts[0].found.items()}
+    """What repeats the import of tables; names that differ between them are left to be found again."""
+    first, *others_found = ({role: column.name for role, column in layout.found.items()} for layout in layouts)
+    named = {role: name for role, name in first.items() if all(each.get(role) == name for each in others_found)}
     points = list(dict.fromkeys(name for layout in layouts for name in layout.access_points))
-    others = {*named.values(), *(name for layout in layouts for name in layout.unused)}
+    others = {
+        *(column.name for layout in layouts for column in layout.found.values()),
+        *(name for layout in layouts for name in layout.unused),
+    }
     return stated.model_copy(update={**named, "access_points": _pattern(points, others)})
 
 

@@ -174,7 +174,8 @@ def _read(
     unknown = [name for name in header if name not in columns and name not in access_points]
     cells_heard = pl.concat(heard)
     not_heard = first_row * len(access_points) - cells_heard.height
-    measured, odd = measured_levels(path, cells_heard, (len(access_points), not_heard), first_line, rules)
+    counts = CellCounts(len(access_points), empty, not_heard - empty)
+    measured, odd, _ = measured_levels(path, cells_heard, counts, first_line, rules)
     lines = np.concatenate(gaps)[:ROWS_NAMED].tolist()
     message = "cells are empty; they count as not heard"
     if empty:
@@ -189,26 +190,46 @@ def _rounded(path: Path, name: str, example: str, rows: int) -> Finding:
     return Finding(kind="rounded_times", file=path.name, count=rows, message=message, severity=Severity.WARNING)
 
 
+@dataclass(frozen=True)
+class CellCounts:
+    """Numbers of access points, of empty cells, and of those with the level that is stated as "not heard"."""
+
+    access_points: int
+    empty: int
+    stated: int
+
+
 def measured_levels(
-    path: Path, heard: pl.DataFrame, counts: tuple[int, int], first_line: int, rules: LevelRules
-) -> tuple[pl.DataFrame, list[Finding]]:
+    path: Path, heard: pl.DataFrame, counts: CellCounts, first_line: int, rules: LevelRules
+) -> tuple[pl.DataFrame, list[Finding], float]:
     """Keep the measured cells; report a filler and levels out of range.
 
-    ``counts`` are those of the access points and of the cells without a level; ``first_line`` is that of the first row.
-    Raises DatasetError if levels are not in dBm, or one may mean "not heard".
+    ``first_line`` is that of the first row. The last result is the level, dBm, that was found to mean "not heard"; NaN
+    if none was. Raises DatasetError if levels are not in dBm, or one may mean "not heard".
     """
     if rules.scale is not None:
         heard = heard.with_columns(rules.scale.dbm(pl.col("rssi_dbm").cast(pl.Float64)).cast(pl.Float32))
-    filler = fillers.filler_of(heard, *counts, rules.strength)
+    filler = fillers.filler_of(heard, counts.access_points, counts.empty + counts.stated, rules.strength)
     measured, findings = _without_filler(path, heard, filler, rules)
+    found = filler.level if findings else float("nan")
+    if rules.said is not None and not counts.stated and not np.isnan(rules.said):
+        findings.append(fillers.never_not_heard(path.name, rules.said, _in_file(filler, rules)))
     if (other := other_levels(measured["rssi_dbm"])) is not None:
         raise DatasetError(f"{path}: {'' if rules.scale is None else 'with --levels, '}{other.question}")
     lines = measured.select("rssi_dbm", row=pl.col("row") + first_line)
     absurd = level_findings(lines, path.name, "these cells count as not heard", rules.strength)
     findings += [each.model_copy(update={"lines": tuple(dict.fromkeys(each.lines))}) for each in absurd]
-    if rules.said is None and not findings and measured.height and not counts[1]:
+    if rules.said is None and not findings and measured.height and not counts.empty + counts.stated:
         findings.append(fillers.all_heard(path.name, measured["row"].n_unique()))
-    return measured.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings
+    return measured.filter(rules.strength.contains(pl.col("rssi_dbm"))), findings, found
+
+
+def _in_file(filler: fillers.Filler, rules: LevelRules) -> fillers.Filler:
+    """A filler with the file's own numbers."""
+    if rules.scale is None:
+        return filler
+    number = rules.scale.number
+    return replace(filler, level=number(filler.level), nearest=number(filler.nearest))
 
 
 def _without_filler(
@@ -218,9 +239,7 @@ def _without_filler(
     if rules.said is not None or filler.judgement is fillers.Judgement.NONE:
         return heard, []
     cell = pl.col("rssi_dbm") == filler.level
-    if rules.scale is not None:
-        number = rules.scale.number
-        filler = replace(filler, level=number(filler.level), nearest=number(filler.nearest))
+    filler = _in_file(filler, rules)
     if filler.judgement is fillers.Judgement.ASK:
         raise DatasetError(f"{path}: {fillers.question(filler, rules.stated)}")
     found = fillers.filler_found(path.name, filler, heard.filter(cell).height, rules.stated)

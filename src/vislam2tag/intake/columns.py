@@ -43,9 +43,9 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
         "building": "buildingid buildingname bldg bldgid gebäude gebaeude gebäudeid site siteid",
         "room": "roomid roomname raum raumnummer zimmer space spaceid spot location place",
         "time": (
-            "timens timestamp timestamps stamp datetime t unixtime epoch zeit secondselapsed firstseen timeutc utc "
-            "utctime unix systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel elapsed "
-            "elapsedtime elapsedrealtime timestampns date datum"
+            "timens timestamp timestamps stamp datetime t when unixtime epoch zeit secondselapsed firstseen timeutc "
+            "utc utctime unix systemtime writetime localtime recordedat createdat scantime timeofday zeitstempel "
+            "elapsed elapsedtime elapsedrealtime timestampns date datum"
         ),
         "address": (
             "bssid mac macaddress macaddr bssidmac apmac apbssid wifimac wlanmac wifibssid routermac address addr "
@@ -55,10 +55,16 @@ KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
         "ssid": "networkname essid network wifiname netzname",
         "frequency": "frequencymhz freq freqmhz frequencyinmhz frequenz centerfreq",
         "technology": "tech type radiotype networktype signaltype radio",
-        "scan": "scanid scanno scannr scannumber scanindex fingerprint fingerprintid fp fpid sampleid sample",
+        "scan": (
+            "scanid scanno scannr scannumber scanindex fingerprint fingerprintid fp fpid sampleid sample rep "
+            "repetition messung"
+        ),
         "device": "deviceid devicename devicemodel phone phoneid phonetype phonemodel model gerät geraet smartphone",
         "user": "userid username person personid collector nutzer participant subject",
-        "session": "sessionid trajectory trajectoryid traj trajid walk walkid track trackid run runid path pathid",
+        "session": (
+            "sessionid trajectory trajectoryid traj trajid walk walkid walkno walknr track trackid run runid runno "
+            "runnr path pathid begehung"
+        ),
         "split": "set subset dataset part partition fold usage",
         "landmark": "landmarkid marker markerid tag tagid sheet sheetid code qr qrcode aruco arucoid marke",
         "qx": _TURN.format("x"),
@@ -241,10 +247,16 @@ def find_columns(
 
     ``given`` has names by role, which count first; an empty one states that there is no such column. ``sample`` are
     some rows, in which addresses are recognised if no name says which column they are in. Raises UsageError if the
-    table does not have a given column.
+    table does not have a given column, or if one is given for two roles.
     """
     wanted = list(roles)
     named = {role: name for role, name in (given or {}).items() if role in wanted}
+    for role, name in named.items():
+        twice = next((other for other, its in named.items() if its == name and other != role), None)
+        if name and twice is not None:
+            raise UsageError(
+                f'columns.toml: {role} = "{name}" and {twice} = "{name}": a column has one meaning; correct one of them'
+            )
     found = {role: given_column(role, name, columns) for role, name in named.items() if name}
     for role in wanted:
         free = [name for name in columns if all(name != each.name for each in found.values())]

@@ -143,6 +143,17 @@ def filler_found(file: str, filler: Filler, cells: int, stated: float | None) ->
     return Finding(kind="unstated_filler", file=file, count=cells, message=message)
 
 
+def never_not_heard(file: str, stated: float, filler: Filler = _NO_FILLER) -> Finding:
+    """Report that the level that the user states as "not heard" is not in a file; ``filler`` may be it instead."""
+    instead = "" if filler.judgement is Judgement.NONE else _instead(filler)
+    message = f"no level is {stated:g}, which is stated as 'not heard'{instead}. Correct --not-heard, or leave it out"
+    return Finding(kind="never_not_heard", file=file, count=1, message=message, severity=Severity.WARNING)
+
+
+def _instead(filler: Filler) -> str:
+    return f"; {100 * filler.share:.0f} % of the levels are {filler.level:g}, which may mean 'not heard' instead"
+
+
 def all_heard(file: str, rows: int) -> Finding:
     """Report that a table has no cell that is not heard, and no filler that could be recognised."""
     message = (

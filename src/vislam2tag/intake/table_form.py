@@ -116,8 +116,8 @@ def _separator(lines: Sequence[str]) -> str:
 
 
 def _is_header(row: Sequence[str], below: Sequence[Sequence[str]]) -> bool:
-    """Whether a row contains names: known ones, no value at all, or text above numbers."""
-    if any(map(is_known, row)):
+    """Whether a row contains names: known ones, mostly addresses, no value at all, or text above numbers."""
+    if any(map(is_known, row)) or sum(map(is_address, row)) > max(1, len(row) // 2):
         return True
     if not any(_is_value(cell) for cell in row if cell):
         return True

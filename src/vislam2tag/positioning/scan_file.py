@@ -21,12 +21,14 @@ import polars as pl
 from vislam2tag.common.errors import DatasetError
 from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
+from vislam2tag.intake.columns import TIME, find_columns
 from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
 from vislam2tag.intake.level_scales import SIGNAL_STRENGTH, OtherLevels, in_range, may_be_other, other_levels
 from vislam2tag.intake.readings import address_fault, is_masked, level_of, masked_addresses, normal_address
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
 
 COLUMNS = ("scan_id", "bssid", "rssi_dbm")
+_ROLES = {"scan_id": "scan", "bssid": "address", "rssi_dbm": "level"}
 WALK_COLUMNS = ("session", "time_ns")
 """Optional columns: walk and time of the scan, from its first line."""
 JSON_SUFFIXES = (".jsonl", ".ndjson", ".json")
@@ -167,15 +169,26 @@ class _Gathered:
 
 
 def is_scan_file(path: Path) -> bool:
-    """Whether a file is JSON lines, or a table that names ``scan_id`` in its first line; False if it is unreadable."""
+    """Whether a file is JSON lines, or a table that names ``scan_id`` in its first line; False if it is unreadable.
+
+    A table without times may have other known names of scans, addresses and levels, such as ``scan,MAC,rss``.
+    """
     if path.suffix.lower() in JSON_SUFFIXES:
         return True
     try:
         with plain(path).open(encoding="utf-8-sig", errors="replace", newline="") as text:
             first = re.split("[,;\t]", text.readline(_LONGEST_HEADER))
-            return COLUMNS[0] in (name.strip(' "\r\n') for name in first)
+            names = [name.strip(' "\r\n') for name in first]
     except OSError:
         return False
+    return COLUMNS[0] in names or find_columns(names, (*_ROLES.values(), TIME)).keys() == set(_ROLES.values())
+
+
+def _with_our_names(header: list[str]) -> list[str]:
+    """A header with the names of :data:`COLUMNS` instead of others of the same meaning."""
+    found = find_columns(header, _ROLES.values())
+    renamed = {found[role].name: name for name, role in _ROLES.items() if name not in header and role in found}
+    return [renamed.get(name, name) for name in header]
 
 
 def scan_blocks(
@@ -272,7 +285,7 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
 def _csv_lines(path: Path, text: TextIO) -> Iterator[tuple[int, Fields | None]]:
     rows = csv.reader(text)
     try:
-        header = [name.strip() for name in next(rows, [])]
+        header = _with_our_names([name.strip() for name in next(rows, [])])
     except csv.Error:  # a field longer than any name
         header = []
     missing = [name for name in COLUMNS if name not in header]

@@ -92,7 +92,7 @@ def test_what_would_be_silently_wrong_is_said(tmp_path: Path) -> None:
     folder.mkdir()
     (folder / "a.csv").write_text("x,y,floor,AP1,AP2\n1,2,3,-60,-70\n")
     (folder / "b.csv").write_text("x,y,AP1,AP2\n1,2,-60,-70\n")
-    with pytest.raises(DatasetError, match=r"b\.csv: has other columns than a\.csv"):
+    with pytest.raises(DatasetError, match=r"b\.csv: has other columns of places or levels than a\.csv"):
         import_format(folder, tmp_path / "out")
 
 
@@ -307,3 +307,172 @@ def test_addresses_in_other_notations_and_masked_ones(tmp_path: Path) -> None:
     assert found.access_points.collect()["bssid"].sort().to_list() == [A, B]
     (masked,) = (each for each in found.info.findings if each.kind == "masked_addresses")
     assert "columns of no address are skipped: 02:00:00:00:00:00. Possible cause" in masked.message
+
+
+def finding(dataset: api.Dataset, kind: str) -> list[api.Finding]:
+    return [each for each in dataset.info.findings if each.kind == kind]
+
+
+def restarting(scans: int = 2, places: int = 3) -> pd.DataFrame:
+    """Scan numbers that start again at each of some places; both access points are heard in each."""
+    rows = [
+        {"scan_nr": scan, "tour": place, "x": float(place), "y": 1.0, "bssid": name, "rss": -60.0 - scan - place - ap}
+        for place in range(places)
+        for scan in range(scans)
+        for ap, name in enumerate((A, B))
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_scan_numbers_that_start_again_are_split_by_place(tmp_path: Path) -> None:
+    path, columns = tmp_path / "t.csv", tmp_path / "columns.toml"
+    frame = restarting()
+    frame.to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out")
+    assert heard(found) == sorted(frame.assign(floor=0)[["x", "y", "floor", "bssid", "rss"]].itertuples(index=False))
+    assert found.fingerprints.collect().height == frame.groupby(["tour", "scan_nr"]).ngroups
+    (said,) = finding(found, "repeated_scan_numbers")
+    assert (said.count, said.severity) == (2, "warning")
+    assert 'name the column of walks in columns.toml: session = "NAME"' in said.message
+    columns.write_text('session = "tour"\n')
+    named = import_format(path, tmp_path / "named", ImportOptions(columns=columns))
+    assert heard(named) == heard(found)
+    assert not finding(named, "repeated_scan_numbers")
+    frame.rename(columns={"tour": "walk_no"}).to_csv(path, index=False)
+    known = import_format(path, tmp_path / "known")
+    assert known.fingerprints.collect()["session"].n_unique() == 3
+    assert not finding(known, "repeated_scan_numbers")
+
+
+def test_scan_numbers_that_start_again_at_one_place_are_split_by_time(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    frame = restarting().assign(x=0.0)
+    frame["when"] = pd.to_datetime("2023-07-01T12:00:00Z") + pd.to_timedelta(frame["tour"], "h")
+    frame.to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out")
+    assert found.fingerprints.collect().height == frame.groupby(["tour", "scan_nr"]).ngroups
+    assert found.fingerprints.collect()["start_ns"].n_unique() == 3
+
+
+def test_a_scan_whose_readings_have_own_places_and_times_stays_whole(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    names = [f"02:1a:00:00:00:{number:02x}" for number in range(8)]
+    rows = [f"1,{1.5 + number / 100},2,{1700000000 + number},{name},-60" for number, name in enumerate([*names, A])]
+    path.write_text("scan_id,x,y,time,bssid,rssi\n" + "\n".join(rows) + "\n")
+    found = import_format(path, tmp_path / "out")
+    assert found.fingerprints.collect().height == 1
+    assert not finding(found, "repeated_scan_numbers")
+
+
+def test_repeated_addresses_without_a_column_of_scans(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    restarting(places=1).rename(columns={"scan_nr": "durchgang"}).to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out")
+    (said,) = finding(found, "merged_scans")
+    assert (said.count, said.severity) == (1, "warning")
+    assert said.message.startswith("an address occurs up to 2 times within a fingerprint: several scans at one place")
+    assert said.message.endswith("(columns that are not used: durchgang, tour)")
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "floors"),
+    [
+        ("level,bssid,rssi", f"-2,{A},-60|0,{B},-61", [-2, 0]),
+        ("level,bssid,signal", f"1. OG,{A},-60|EG,{B},-61", [0, 1]),
+        ("level,AP1,AP2", "2,-60,|0,,-61", [0, 2]),
+        ("level,storey,AP1,AP2", "2,4,-60,|0,5,,-61", [4, 5]),
+        ("level,bssid", f"-60,{A}|-61,{B}", [0, 0]),
+        ("level,bssid,rssi", f"-70,{A},-60|-71,{B},-61", [0, 0]),
+        ("level,bssid,power", f"-60,{A},3|-61,{B},2", [0, 0]),
+    ],
+)
+def test_a_column_level_is_the_floor_if_it_is_no_level(
+    tmp_path: Path, header: str, rows: str, floors: list[int]
+) -> None:
+    path = tmp_path / "t.csv"
+    lines = [f"{number},1,{row}" for number, row in enumerate(rows.split("|"))]
+    path.write_text(f"x,y,{header}\n" + "\n".join(lines) + "\n")
+    found = import_format(path, tmp_path / "out")
+    assert sorted(found.fingerprints.collect()["floor"].to_list()) == floors
+    assert sorted(found.readings.collect()["rssi_dbm"].to_list()) == [-61, -60]
+
+
+@pytest.mark.parametrize("cells", [("EG", "1. OG"), ("-1", "2")])
+def test_a_column_level_of_floors_alone_is_asked_for(tmp_path: Path, cells: tuple[str, str]) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text(f"x,y,level,bssid\n1,2,{cells[0]},{A}\n3,2,{cells[1]},{B}\n")
+    with pytest.raises(DatasetError, match=r'(?s)expected for level one of .*floor = "level"'):
+        import_format(path, tmp_path / "out", ImportOptions(format_name="table"))
+
+
+def filled(rows: int, filler: float, share: int) -> pd.DataFrame:
+    """A wide table in which one of ``share`` cells is the filler."""
+    levels = {
+        f"AP{ap}": [filler if (row + ap) % share == 0 else -50.0 - (7 * row + 5 * ap) % 40 for row in range(rows)]
+        for ap in range(6)
+    }
+    return pd.DataFrame({"x": [float(row) for row in range(rows)], "y": 1.0, "floor": 0, **levels})
+
+
+def test_files_of_a_folder_share_a_filler_and_may_have_further_columns(tmp_path: Path) -> None:
+    folder = tmp_path / "f"
+    folder.mkdir()
+    train, test = filled(40, -110, 3), filled(12, -110, 12)
+    train.assign(device="Pixel", walk_no=7).to_csv(folder / "train.csv", index=False)
+    test.to_csv(folder / "test.csv", index=False)
+    found = import_format(folder, tmp_path / "out")
+    assert heard(found) == melted(pd.concat([train, test]), [f"AP{ap}" for ap in range(6)], -110)
+    said = {each.file: (each.count, each.message) for each in finding(found, "unstated_filler")}
+    assert said["test.csv"][0] == int((test == -110).to_numpy().sum())
+    assert said["test.csv"][1].startswith("-110 is read as 'not heard', as in train.csv")
+    assert not finding(found, "all_heard")
+    devices = found.fingerprints.select("device", "session").collect().to_series().value_counts().rows()
+    assert sorted(devices, key=str) == sorted([("Pixel", 40), (None, 12)], key=str)
+    again = import_format(folder, tmp_path / "again", ImportOptions(columns=tmp_path / "out" / COLUMNS_FILE))
+    assert heard(again) == heard(found)
+
+
+def test_a_stated_filler_that_is_not_in_the_table(tmp_path: Path) -> None:
+    path, long = tmp_path / "t.csv", tmp_path / "long.csv"
+    filled(40, -110, 3).to_csv(path, index=False)
+    found = import_format(path, tmp_path / "out", ImportOptions(not_heard=100))
+    (said,) = finding(found, "never_not_heard")
+    assert said.severity == "warning"
+    assert said.message.startswith(
+        "no level is 100, which is stated as 'not heard'; 33 % of the levels are -110, which may mean 'not heard'"
+    )
+    assert not finding(import_format(path, tmp_path / "right", ImportOptions(not_heard=-110)), "never_not_heard")
+    long.write_text(f"x,y,bssid,rssi\n1,2,{A},-60\n3,4,{B},-61\n")
+    named = import_format(long, tmp_path / "long", ImportOptions(format_name="table", not_heard=100))
+    assert [each.message for each in finding(named, "never_not_heard")] == [
+        "no level is 100, which is stated as 'not heard'. Correct --not-heard, or leave it out"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('x = "a"\ny = "a"', 'columns.toml: x = "a" and y = "a": a column has one meaning; correct one of them'),
+        ('access_points = ["AP1", "AP3"]', "access_points has AP3: no column has this name"),
+        ('x = "a"\naccess_points = ["AP1", "a"]', "access_points has a: the column is named as x, too"),
+    ],
+)
+def test_contradictory_columns_files_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    path, columns = tmp_path / "t.csv", tmp_path / "columns.toml"
+    path.write_text("a,x,y,AP1,AP2\n1,1,2,-60,-70\n2,3,4,-61,-71\n")
+    columns.write_text(text + "\n")
+    with pytest.raises(DatasetError) as caught:
+        import_format(path, tmp_path / "out", ImportOptions(format_name="table", columns=columns))
+    assert said in str(caught.value)
+
+
+def test_dashes_are_not_heard_and_unreadable_cells_are_one_finding(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("x,y,AP1,AP2,AP3\n1,2,-60,-,\n3,4,weak,-61,-\n5,6,-62,?,weak\n")
+    found = import_format(path, tmp_path / "out")
+    assert [level for *_, level in heard(found)] == [-60, -61, -62]
+    (unread,) = finding(found, "unreadable_cells")
+    assert (unread.count, unread.lines) == (3, (3, 4))
+    assert "column AP1: cells such as 'weak' (line 3) cannot be read" in unread.message
+    (empty,) = finding(found, "empty_levels")
+    assert empty.count == 6  # with those that cannot be read

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import polars as pl
 import pytest
 
@@ -196,3 +198,20 @@ def test_known_and_unknown_rows() -> None:
     assert "unlike" in expected
     assert "unknown" in expected
     assert located_table(np.array([], dtype=np.str_), found[:0], NAMED).height == 0
+
+
+def test_a_wide_table_is_refused_with_how_to_make_it_long(
+    places: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    long = pl.read_csv(places / "scans.csv")
+    wide = pd.DataFrame(long.pivot("bssid", index="scan_id", values="rssi_dbm", aggregate_function="first").to_dict())
+    wide.drop(columns="scan_id").to_csv(tmp_path / "wide.csv", index=False)
+    with pytest.raises(DatasetError) as caught:
+        locate(places / "plain.v2t", tmp_path / "wide.csv", io.StringIO().write)
+    points = [name for name in wide.columns if name != "scan_id"]
+    assert f"is a wide table, with {len(points)} columns of access points such as {points[0]};" in str(caught.value)
+    (advice,) = re.findall(r"in pandas: (table.*), without the level", str(caught.value))
+    monkeypatch.chdir(tmp_path)
+    eval(advice, {"table": pd.read_csv("wide.csv"), "ACCESS_POINTS": points})
+    rows, _ = located(places / "plain.v2t", tmp_path / "scans.csv")
+    assert rows.height == long["scan_id"].n_unique()

@@ -6,7 +6,9 @@ a folder are one data set; names with train and test are parts of its split.
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
@@ -16,20 +18,31 @@ import polars as pl
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import folder_of
-from vislam2tag.common.findings import Finding, Severity, finding_if
+from vislam2tag.common.findings import ROWS_NAMED, Finding, Severity, finding_if
 from vislam2tag.datasets.fingerprint_tables import SetContent, SetDescription
 from vislam2tag.datasets.folder import sha256_of
 from vislam2tag.datasets.format_registry import LEVEL_OPTIONS, ImportContext, ImportFormat, register
+from vislam2tag.datasets.long_tables import scans_of_rows
 from vislam2tag.datasets.model import TEST, TRAIN, Dataset
 from vislam2tag.datasets.point_fingerprints import PointFingerprints
-from vislam2tag.datasets.table_columns import BEACON, CELL, UUID, Layout, assumed_columns, columns_used, layout_of
+from vislam2tag.datasets.table_columns import (
+    BEACON,
+    CELL,
+    UUID,
+    Layout,
+    assumed_columns,
+    columns_used,
+    layout_of,
+    refuse_unknown_access_points,
+)
 from vislam2tag.datasets.technologies import BLE, WIFI
-from vislam2tag.datasets.wide_tables import LevelRules, measured_levels, unknown_columns
+from vislam2tag.datasets.wide_tables import CellCounts, LevelRules, measured_levels, unknown_columns
 from vislam2tag.intake.cells import unreadable_cells, with_numbers
 from vislam2tag.intake.columns import (
     Column,
     ColumnNames,
 )
+from vislam2tag.intake.fillers import never_not_heard
 from vislam2tag.intake.foreign_table import SUFFIXES, ForeignTable, read_foreign_table
 from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale
 from vislam2tag.intake.readings import NO_ADDRESS, admitted, is_masked, normal_addresses
@@ -44,10 +57,13 @@ _TECHNOLOGIES = {
     **dict.fromkeys(("ble", "bluetooth", "bluetooth le", "ibeacon", "beacon", "bt", "b"), BLE),
 }
 _PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
+_PLACED = ("x", "y", "latitude", "longitude", "cell", "floor", "technology")
 _STOREY = "floor|f|etage|og|level|l|stock|ebene"
 _FLOOR = re.compile(rf"(?:(?:{_STOREY})(?:-|[ _.]*))?(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
 _BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d*)|(\d+)\.? ?ug")
 _GROUND = frozenset({"eg", "g", "gf", "ground", "groundfloor", "ground floor", "erdgeschoss", "rez"})
+_NO_LEVEL = ("-", "--", "–")
+"""Texts that mean an empty cell."""
 _TRAIN, _TEST = re.compile(r"trn|train", re.IGNORECASE), re.compile(r"tst|test|val", re.IGNORECASE)
 _DATES = tuple(
     f"{day} {time}".strip()
@@ -76,30 +92,33 @@ def read(path: Path, context: ImportContext) -> Dataset:
     """
     names = _stated(context)
     files = [path] if path.suffix.lower() in SUFFIXES and path.is_file() else _files(path, context)
-    rows, heard, findings, layouts, first = [], [], list[Finding](), list[Layout](), 0
+    rows, heard, fillers, findings, layouts, first = [], [], list[float](), list[Finding](), list[Layout](), 0
     for file in files:
         table = read_foreign_table(file)
         layout = layout_of(table, names)
-        if layouts and layouts[0].found.keys() != layout.found.keys():
+        if layouts and _needed(layouts[0]) != _needed(layout):
             raise DatasetError(
-                f"{file}: has other columns than {files[0].name} (found {', '.join(layout.found)}; expected "
-                f"{', '.join(layouts[0].found)}); import the files one by one, or name their columns with --columns"
+                f"{file}: has other columns of places or levels than {files[0].name} (found "
+                f"{', '.join(_needed(layout))}; expected {', '.join(_needed(layouts[0]))}); import the files one by "
+                "one, or name their columns with --columns"
             )
         layouts.append(layout)
-        own_rows, own_heard, odd = (_wide if layout.access_points else _long)(table, layout, names)
+        own_rows, own_heard, odd, filler = (_wide if layout.access_points else _long)(table, layout, names)
         part = TRAIN if _TRAIN.search(file.stem) else TEST if _TEST.search(file.stem) else None
-        placed = own_rows if "part" in own_rows.columns else own_rows.with_columns(part=pl.lit(part, pl.String))
-        rows.append(placed.with_columns(pl.col("row") + first, file=pl.lit(file.stem)))
+        missing = {"part": pl.lit(part, pl.String), "session": pl.lit(file.stem)}
+        own_rows = own_rows.with_columns(each.alias(k) for k, each in missing.items() if k not in own_rows.columns)
+        rows.append(own_rows.with_columns(pl.col("row") + first))
+        fillers.append(filler)
         heard.append(own_heard.with_columns(pl.col("row") + first))
         findings += [assumed_columns(table, layout), *odd, *unknown_columns(file, layout.unused)]
         first += own_rows.select(pl.col("row").max().fill_null(0)).item() + 1
         context.progress(file.name, len(files))
-    whole, origin = _located(path, pl.concat(rows), layouts[0], names)
-    if "session" not in whole.columns:
-        whole = whole.with_columns(session=pl.col("file"))
+    refuse_unknown_access_points(path, layouts, names)
+    heard, findings = _without_shared_fillers([file.name for file in files], heard, fillers, names, findings)
+    whole, origin = _located(path, pl.concat(rows, how="diagonal"), layouts[0], names)
     if whole["part"].n_unique() < 2:
         whole = whole.with_columns(part=pl.lit(None, pl.String))
-    points = PointFingerprints(*_with_technology(whole.drop("file"), pl.concat(heard)))
+    points = PointFingerprints(*_with_technology(whole, pl.concat(heard, how="diagonal")))
     del rows, heard  # a large table is in memory once
     content = SetContent(points, {file.name: sha256_of(file) for file in files}, tuple(findings))
     dataset = SetDescription(FORMAT).dataset(path, content)
@@ -108,6 +127,34 @@ def read(path: Path, context: ImportContext) -> Dataset:
     settings = {"columns": used.model_dump(exclude_none=True, mode="json")}
     sources = (source.model_copy(update={"settings": settings}),)
     return replace(dataset, info=dataset.info.model_copy(update={"sources": sources}))
+
+
+def _needed(layout: Layout) -> list[str]:
+    """The roles of places and levels, which all files must have in common."""
+    levels = ["columns of access points"] if layout.access_points else ["address", "level"]
+    return [role for role in _PLACED if role in layout.found] + levels
+
+
+def _without_shared_fillers(
+    files: Sequence[str],
+    heard: Sequence[pl.DataFrame],
+    fillers: Sequence[float],
+    names: ColumnNames,
+    findings: Sequence[Finding],
+) -> tuple[list[pl.DataFrame], list[Finding]]:
+    """Drop the level that means "not heard" in one of the files from those in which none was found."""
+    known = {level: file for level, file in zip(fillers, files, strict=True) if not np.isnan(level)}
+    measured, found, changed = list[pl.DataFrame](), list[Finding](), set[str]()
+    for file, own, filler in zip(files, heard, fillers, strict=True):
+        is_filler = own["rssi_dbm"].is_in(list(known)) if np.isnan(filler) else pl.repeat(False, len(own), eager=True)
+        measured.append(own.filter(~is_filler))
+        if is_filler.any():
+            changed.add(file)
+            level = own.filter(is_filler)["rssi_dbm"][0]
+            number = level if names.levels is None else LevelScale(*names.levels).number(level)
+            message = f"{number:g} is read as 'not heard', as in {known[level]}. No action needed if that is right"
+            found += finding_if(int(is_filler.sum()), "unstated_filler", message, file, Severity.WARNING)
+    return measured, [*(each for each in findings if each.kind != "all_heard" or each.file not in changed), *found]
 
 
 def _stated(context: ImportContext) -> ColumnNames:
@@ -238,7 +285,8 @@ def _dates(texts: pl.Series, zone: str) -> tuple[pl.Series, bool]:
     return local.dt.timestamp("ns"), False
 
 
-_Parts = tuple[pl.DataFrame, pl.DataFrame, list[Finding]]
+_Parts = tuple[pl.DataFrame, pl.DataFrame, list[Finding], float]
+"""Rows, levels heard, findings, and the level, dBm, that was found to mean "not heard" (NaN if none was)."""
 
 
 def _wide(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
@@ -246,10 +294,11 @@ def _wide(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
     points = layout.access_points
     rules = LevelRules(NOT_HEARD, said=names.not_heard, scale=LevelScale(*names.levels) if names.levels else None)
     kind = pl.Enum(list(points))
-    rows, heard, odd, empty = [], [], list[Finding](), 0
+    rows, heard, odd, unread, empty = [], [], list[Finding](), list[Finding](), 0
     for lines, batch in table.batches():
-        cells, unread = with_numbers(batch.select(points).insert_column(0, lines), points, table.path.name)
-        odd += unread
+        texts = batch.select(points).with_columns(pl.col(pl.String).replace(dict.fromkeys(_NO_LEVEL)))
+        cells, unread_here = with_numbers(texts.insert_column(0, lines), points, table.path.name)
+        unread += unread_here
         levels = cells.select(points).cast(pl.Float32).to_numpy()
         row, column = np.nonzero(levels != rules.stated)
         level = levels[row, column]
@@ -262,16 +311,26 @@ def _wide(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
         rows.append(made)
         odd += about
     found = pl.concat(heard)
-    counts = (len(points), table.height * len(points) - found.height)
-    measured, about_levels = measured_levels(table.path, found, counts, 0, rules)
+    counts = CellCounts(len(points), empty, table.height * len(points) - found.height - empty)
+    measured, about_levels, filler = measured_levels(table.path, found, counts, 0, rules)
     message = "cells are empty; they count as not heard"
-    odd += [*finding_if(empty, "empty_levels", message, table.path.name), *about_levels]
+    odd += [*_joined(unread), *finding_if(empty, "empty_levels", message, table.path.name), *about_levels]
     if masked := [name for name in points if is_masked(name)]:
         text = f"columns of no address are skipped: {', '.join(masked)}. {NO_ADDRESS}"
         odd += finding_if(len(masked), "masked_addresses", text, table.path.name, Severity.WARNING)
         measured = measured.filter(~pl.col("bssid").cast(pl.String).is_in(masked))
     named = measured.with_columns(pl.col("row").cast(pl.Int64), normal_addresses(measured["bssid"].cast(pl.String)))
-    return pl.concat(rows), named, odd
+    return pl.concat(rows), named, odd, filler
+
+
+def _joined(unread: Sequence[Finding]) -> list[Finding]:
+    """One finding about the cells of access points that cannot be read, with the first one."""
+    if len(unread) < 2:
+        return list(unread)
+    lines = sorted({line for each in unread for line in each.lines})[:ROWS_NAMED]
+    message = f"cells of several columns of access points are no levels; {unread[0].message}"
+    count = sum(each.count for each in unread)
+    return [unread[0].model_copy(update={"count": count, "lines": tuple(lines), "message": message})]
 
 
 def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
@@ -281,6 +340,8 @@ def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
     readings, unread = with_numbers(rows, measures, table.path.name)
     readings = _with_identity(readings).rename({"address": "bssid", "level": "rssi_dbm"})
     if names.not_heard is not None:
+        if not (readings["rssi_dbm"] == names.not_heard).any():
+            odd.append(never_not_heard(table.path.name, names.not_heard))
         readings = readings.filter(pl.col("rssi_dbm").ne_missing(names.not_heard))
     if names.levels is not None:
         readings = readings.with_columns(LevelScale(*names.levels).dbm(pl.col("rssi_dbm")))
@@ -288,8 +349,8 @@ def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
     same = [name for name in by or _PLACE if name in rows.columns]
     same += ["technology"] if "technology" in rows.columns else []
     kept, about_levels = admitted(readings, "bssid", table.path.name)
-    first = rows.group_by(same, maintain_order=True).agg(pl.all().first())
-    owner = rows.select("row", owner=pl.col("row").first().over(same))
+    owner, about_scans = scans_of_rows(rows, kept, same, table.path.name, layout.unused)
+    first = rows.filter(pl.col("row").is_in(owner["owner"].unique().implode()))
     heard = (
         kept.drop_nulls("rssi_dbm")
         .join(owner, on="row")
@@ -300,7 +361,7 @@ def _long(table: ForeignTable, layout: Layout, names: ColumnNames) -> _Parts:
             *([pl.col("frequency").cast(pl.Float32).alias("frequency_mhz")] if "frequency" in rows.columns else []),
         )
     )
-    return first, heard, [*odd, *unread, *about_levels]
+    return first, heard, [*odd, *unread, *about_levels, *about_scans], math.nan
 
 
 def _with_identity(rows: pl.DataFrame) -> pl.DataFrame:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import DatasetError, SessionError
+from vislam2tag.common.errors import DatasetError, SessionError, UsageError
 from vislam2tag.common.files.folder import scratch_folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding
@@ -19,7 +19,9 @@ from vislam2tag.core.status import Status
 from vislam2tag.datasets.fingerprints import grouped_readings, radio_rows
 from vislam2tag.datasets.model import Grouping
 from vislam2tag.datasets.settings import DatasetSettings
+from vislam2tag.datasets.table_columns import access_point_columns
 from vislam2tag.datasets.technologies import BLE, WIFI, parts_of
+from vislam2tag.intake.foreign_table import SUFFIXES, read_foreign_table
 from vislam2tag.intake.readings import admitted
 from vislam2tag.positioning.model_files import ModelOrigin
 from vislam2tag.positioning.radio_scans import scans_from_readings
@@ -35,6 +37,13 @@ _FLOOR_FOLDER = re.compile(r"floor_(-?\d{1,6})")
 _WIFI_FILE = "wifi.csv"
 _TABLE = (
     f"Pass a Wi-Fi table with the columns {', '.join(COLUMNS)}, one with times, bssid and rssi, or a session folder"
+)
+
+_MELTED = (
+    f"Make a table with the columns {', '.join(COLUMNS)} of it, in pandas: "
+    'table.rename_axis("scan_id").melt(value_vars=ACCESS_POINTS, var_name="bssid", value_name="rssi_dbm", '
+    'ignore_index=False).dropna().sort_index(kind="stable").to_csv("scans.csv"), without the level that means \'not '
+    "heard'"
 )
 
 
@@ -56,6 +65,11 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
     try:
         tables, poses = _tables(path)
     except SessionError as error:
+        if (points := _access_points(path)) is not None:
+            raise DatasetError(
+                f"{path}: is a wide table, with {len(points)} columns of access points such as {points[0]}; expected "
+                f"a row for each reading. {_MELTED}"
+            ) from error
         why = str(error).replace("; name it with --time-column", "")
         if path.is_file():
             place = _TABLE if format_of(path.parent) in (None, UNKNOWN_FORMAT) else f"Pass its session, {path.parent}"
@@ -79,6 +93,18 @@ def recorded_scans(path: Path, origin: ModelOrigin, name: Callable[[str], str]) 
     session = _session_name(path)
     block = _block(grouped, session, name)
     return RecordedScans(block, None if poses is None else Tracks.of_walk(session, poses), (*findings, *odd_groups))
+
+
+def _access_points(path: Path) -> list[str] | None:
+    """The columns of access points of a wide table; None if it is none."""
+    if not path.is_file() or path.suffix.lower() not in SUFFIXES:
+        return None
+    try:
+        columns = read_foreign_table(path, only_head=True).columns
+    except UsageError:
+        return None
+    points = access_point_columns(columns)
+    return points if len(points) > 1 else None
 
 
 def _session_name(path: Path) -> str:
