@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -12,11 +12,13 @@ import polars as pl
 
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.given_tables import GivenTable, frame_of, unix_ns
+from vislam2tag.common.given_tables import GivenTable, frame_of
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import Landmarks
-from vislam2tag.intake.columns import find_columns
+from vislam2tag.intake.columns import find_columns, shown
 from vislam2tag.intake.time_units import FRAMES
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
+from vislam2tag.sessions.given_times import NS_IN, GivenTimes, given_times, refuse_mixed_dates
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table
 from vislam2tag.sessions.settings import FindingSettings
@@ -35,7 +37,6 @@ LANDMARK_COLUMNS: Schema = {
 _OPTIONAL = LANDMARK_COLUMNS.keys() - {"id", "x", "y"}
 _KINDS = {pl.String: "text or whole numbers", pl.Int64: "integers", pl.Float64: "numbers"}
 _UNITS = {
-    "time_ns": ", nanoseconds",
     "id": ", the landmark's name",
     **dict.fromkeys(("tx", "ty", "tz", "x", "y", "z", "sigma_m"), ", metres"),
     **dict.fromkeys(("qx", "qy", "qz", "qw"), ", a unit quaternion's"),
@@ -44,18 +45,16 @@ _UNITS = {
 
 
 _ROLES = {
-    "time_ns": "time",
     "id": "landmark",
     "floor": "floor",
     **{f"t{axis}": axis for axis in "xyz"},
     **{name: name for name in ("x", "y", "z", "qx", "qy", "qz", "qw")},
 }
 """The role in the names of headers that each of our columns has."""
-_NS_OF = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9}
 
 
 def recognised(frame: pl.DataFrame, wanted: Iterable[str]) -> pl.DataFrame:
-    """Give columns their names of ours by their headers, with times in ns and lengths in metres if these say the unit.
+    """Give columns their names of ours by their headers, with lengths in metres if these say the unit.
 
     A column that has its name already stays as it is.
     """
@@ -64,9 +63,7 @@ def recognised(frame: pl.DataFrame, wanted: Iterable[str]) -> pl.DataFrame:
     made = []
     for role, column in find_columns(others, missing).items():
         values = frame[column.name]
-        if values.dtype.is_numeric() and column.unit not in (None, "ns"):
-            values = (values * _NS_OF[column.unit or "ns"]).round().cast(pl.Int64)
-        elif values.dtype.is_numeric() and column.metres not in (None, 1.0):
+        if values.dtype.is_numeric() and column.metres not in (None, 1.0):
             values = values * column.metres
         made.append(values.alias(missing[role]))
     return frame.with_columns(made)
@@ -75,15 +72,13 @@ def recognised(frame: pl.DataFrame, wanted: Iterable[str]) -> pl.DataFrame:
 def checked_column(frame: pl.DataFrame, name: str, column: str, kind: type[pl.DataType]) -> pl.Series:
     """One column of a table in its type; raises UsageError, with the first row, for values of another kind.
 
-    Times and text must be in every row, and times must not be negative. A number that is missing becomes NaN.
+    Text must be in every row. A number that is missing becomes NaN.
     """
-    values = unix_ns(frame[column]) if kind is pl.Int64 else frame[column]
+    values = frame[column]
     typed = values.cast(kind, strict=False) if _fits(values.dtype, kind) else _nulls(column, kind, len(values))
     wrong = typed.is_null() & values.is_not_null()
     if kind is pl.String:
         wrong = ~typed.is_in([text for text in typed.unique().drop_nulls() if landmark_id(text)]).fill_null(value=False)
-    elif column not in _OPTIONAL and kind is pl.Int64:
-        wrong = (typed < 0).fill_null(value=True)
     if wrong.any():
         row = int(wrong.arg_max() or 0)
         expected = f"{_KINDS[kind]}{_UNITS.get(column, '')}"
@@ -101,20 +96,49 @@ def _nulls(column: str, kind: type[pl.DataType], count: int) -> pl.Series:
     return pl.Series(column, [None], dtype=kind).new_from_index(0, count)
 
 
-def _checked(table: GivenTable, name: str, schema: Schema) -> pl.DataFrame:
-    """The columns of a schema in their types, behind ``row``, which counts from 1; other columns are left out."""
-    frame = recognised(frame_of(table, name), schema)
-    missing = [column for column in schema if column not in frame.columns and column not in _OPTIONAL]
+def _checked(frame: pl.DataFrame, name: str, schema: Schema) -> pl.DataFrame:
+    """The columns of a schema, except times, in their types, behind ``row``, which counts from 1."""
+    wanted = {column: kind for column, kind in schema.items() if column != "time_ns"}
+    known = recognised(frame, wanted)
+    missing = [column for column in wanted if column not in known.columns and column not in _OPTIONAL]
     if missing:
-        there = ", ".join(frame.columns) or "none"
         raise UsageError(
-            f"{name}: the column {', '.join(missing)} is missing; expected {', '.join(schema)}; found {there}"
+            f"{name}: the column {', '.join(missing)} is missing; expected {', '.join(schema)}; found "
+            f"{shown(frame.columns) or 'none'}"
         )
     columns = [
-        checked_column(frame, name, column, kind) if column in frame.columns else _nulls(column, kind, frame.height)
-        for column, kind in schema.items()
+        checked_column(known, name, column, kind) if column in known.columns else _nulls(column, kind, known.height)
+        for column, kind in wanted.items()
     ]
-    return pl.DataFrame([pl.Series("row", np.arange(1, frame.height + 1)), *columns])
+    return pl.DataFrame([pl.Series("row", np.arange(1, known.height + 1)), *columns])
+
+
+@dataclass(frozen=True)
+class _Timed:
+    """A table's rows with a time, ``rows`` of a schema behind ``row``, and findings on those without."""
+
+    rows: pl.DataFrame
+    times: GivenTimes
+    findings: list[Finding]
+
+    @classmethod
+    def of(cls, table: GivenTable, name: str, schema: Schema, span_ns: IntArray | None = None) -> _Timed:
+        frame = frame_of(table, name)
+        times = given_times(frame, name, span_ns=span_ns)
+        rows = _checked(frame, name, schema).with_columns(times.ns)
+        return cls(rows.drop_nulls("time_ns"), times, times.missing(name))
+
+    def refuse_unit(self, name: str, clock_ns: IntArray | None = None) -> None:
+        """Raise UsageError if the times fit only in another unit, and name it."""
+        given_ns = self.rows["time_ns"]
+        made, findings = with_times(self.rows, name, FRAMES, clock_ns)
+        if findings:
+            row = int(given_ns.abs().arg_max() or 0)
+            factor = made["time_ns"][row] / given_ns[row]
+            unit = next((unit for unit, ns in NS_IN.items() if ns == round(factor)), None)
+            rename = f"; rename the column to time_{unit}" if unit else "; correct the unit in the column's name"
+            message = findings[0].message.partition(";")[0]
+            raise UsageError(f"{name}, column {self.times.column}: {message}{rename}")
 
 
 def landmarks_in_memory(
@@ -124,7 +148,7 @@ def landmarks_in_memory(
 
     ``floor`` may be None unless the table has several. Raises UsageError for wrong columns, or if it is missing.
     """
-    rows = _checked(table, "landmarks", LANDMARK_COLUMNS)
+    rows = _checked(frame_of(table, "landmarks"), "landmarks", LANDMARK_COLUMNS)
     floors = rows["floor"].drop_nulls().unique().sort().to_list()
     if floor is None and len(floors) > 1:
         there = ", ".join(map(str, floors))
@@ -142,24 +166,24 @@ def session_in_memory(
     key: SessionKey, poses: GivenTable, sightings: GivenTable, sensors: GivenTable | None, settings: FindingSettings
 ) -> Session:
     """Make a session of its tables, as reading its files would; raises UsageError for tables that are none of it."""
-    frames = _checked(poses, "poses", CAMERA_SCHEMA)
-    _refuse_unit("poses", with_times(frames, "poses", FRAMES)[1])
-    camera, findings = camera_track(frames, "poses", settings)
-    seen = _checked(sightings, "sightings", LANDMARK_SCHEMA)
-    _refuse_unit("sightings", with_times(seen, "sightings", FRAMES, clock_of(camera))[1])
-    log, log_findings = landmark_log(seen, "sightings", camera)
-    findings += log_findings
+    posed = _Timed.of(poses, "poses", CAMERA_SCHEMA)
+    posed.refuse_unit("poses")
+    camera, findings = camera_track(posed.rows, "poses", settings)
+    seen = _Timed.of(sightings, "sightings", LANDMARK_SCHEMA, clock_of(camera))
+    seen.refuse_unit("sightings", clock_of(camera))
+    log, log_findings = landmark_log(seen.rows, "sightings", camera)
+    findings += [*posed.findings, *seen.findings, *log_findings]
+    given = [("poses", posed.times), ("sightings", seen.times)]
     tables = {}
     if sensors is not None:
-        rows = _checked(sensors, "sensors", SENSOR_SCHEMA)
-        readings, reading_findings = sensor_table(rows, "sensors")
-        findings += [*reading_findings, *clock_mismatch(rows["time_ns"].to_numpy(), "sensors", camera)]
+        read = _Timed.of(sensors, "sensors", SENSOR_SCHEMA, clock_of(camera))
+        readings, reading_findings = sensor_table(read.rows, "sensors")
+        findings += [*read.findings, *reading_findings]
+        findings += clock_mismatch(read.rows["time_ns"].to_numpy(), "sensors", camera)
         camera = replace(camera, pressure=pressure_log(readings), pose_lag_s=pose_lag_of(camera, readings))
         tables["sensors"] = readings
-    files = (FileRecord("poses", "poses", 0, "", frames.height, frames.height),)
+        given.append(("sensors", read.times))
+    refuse_mixed_dates(given)
+    count = posed.times.ns.len()
+    files = (FileRecord("poses", "poses", 0, "", count, posed.rows.height),)
     return Session(key, camera, log, np.empty(0, dtype=np.int64), tables, files, tuple(findings))
-
-
-def _refuse_unit(name: str, findings: list[Finding]) -> None:
-    for finding in findings:
-        raise UsageError(f"{name}, column time_ns: {finding.message.partition(';')[0]}")

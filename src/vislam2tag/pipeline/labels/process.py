@@ -17,7 +17,7 @@ import numpy as np
 from vislam2tag.common.errors import OutputError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.given_tables import GivenTable
+from vislam2tag.common.given_tables import GivenTable, frame_of
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.mapped_walk import MappedWalk
@@ -33,6 +33,7 @@ from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_l
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessArguments, ProcessChoices, choices_of, given_settings
 from vislam2tag.pipeline.run.workers import outcomes_of, run_job
+from vislam2tag.sessions.given_times import given_times
 from vislam2tag.sessions.in_memory import landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
 from vislam2tag.site.corrections.file import Corrections
@@ -200,7 +201,8 @@ def map_walk(
     prepared = replace(prepared, session=replace(prepared.session, tables={}))  # sensors were used, and need no labels
     walk = LabelledWalk.of(prepared, settings)
     findings = (*site_findings, *walk_findings(prepared, walk, settings))
-    return MappedWalk(walk, prepared.landmarks, findings)
+    times = given_times(frame_of(poses, "poses"), "poses")
+    return MappedWalk(walk, prepared.landmarks, findings, times)
 
 
 def _floor(number: int) -> Floor:
