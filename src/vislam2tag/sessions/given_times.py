@@ -113,8 +113,8 @@ def _in_ns(values: pl.Series, unit: str | None, where: str, span_ns: IntArray | 
         fitting = _fitting(known, span_ns) or ["s"]
         row, found = _first_fraction(numbers)
         raise UsageError(
-            f"{where}, row {row + 1}: expected whole numbers, nanoseconds; found {found!r}. If the times are in another unit, rename the column, "
-            f"for example to time_{fitting[0]}"
+            f"{where}, row {row + 1}: expected whole numbers, nanoseconds; found {found!r}. "
+            f"If the times are in another unit, rename the column, for example to time_{fitting[0]}"
         )
     if fractions and unit is None:
         fitting = _fitting(known, span_ns)
@@ -165,15 +165,15 @@ def outside_walk(times: GivenTimes, table: str, walk_ns: IntArray) -> str:
     known = times.ns.drop_nulls().to_numpy()
     if not len(known) or not len(walk_ns) or _fits(known.astype(float), walk_ns):
         return ""
-    words = (
+    beside = (
         f"{table}, column {times.column}: no row is within the walk. Its times are {known.min()} to {known.max()} ns, "
         f"those of the walk {walk_ns.min()} to {walk_ns.max()} ns"
     )
     factors = {unit: factor for unit, factor in NS_IN.items() if unit != "ns"}
     for unit, factor in factors.items():
         if _fits(known.astype(float) * factor, walk_ns):
-            return f"{words}. They fit if multiplied by {factor:,}: rename the column to time_{unit}"
+            return f"{beside}. They fit if multiplied by {factor:,}: rename the column to time_{unit}"
     for factor in factors.values():
         if _fits(known.astype(float) / factor, walk_ns):
-            return f"{words}. They fit if divided by {factor:,}: correct the unit in the column's name"
-    return f"{words}. Give the table times of the poses' clock"
+            return f"{beside}. They fit if divided by {factor:,}: correct the unit in the column's name"
+    return f"{beside}. Give the table times of the poses' clock"

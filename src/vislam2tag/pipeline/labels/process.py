@@ -27,6 +27,7 @@ from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.label_run import LabelRun, label_run, opened_run, outdated_findings
 from vislam2tag.pipeline.labels.odd_references import odd_findings
+from vislam2tag.pipeline.labels.one_walk import contradicted
 from vislam2tag.pipeline.labels.session import OfSession, Outcome, Reason, jobs_of
 from vislam2tag.pipeline.labels.together import TasksTogether, refuse_together, told_tasks
 from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
@@ -186,7 +187,8 @@ def map_walk(
 
     ``strategy="local"`` and other settings may be given by keyword, as for ``process``.
     ``floor`` is the number of the floor on which the walk starts; it is needed if ``landmarks`` has several. A walk
-    that cannot be mapped has frames without positions and ``findings`` with the reason. Raises UsageError, naming
+    that cannot be mapped has frames without positions and ``findings`` with the reason. If it contradicts the landmark
+    table, as one with x and y exchanged, ``findings`` say so and no frame is ``ok``. Raises UsageError, naming
     table, column and row, for unusable tables, SessionError for poses that cannot be those of a walk.
     """
     settings = (settings or ProcessSettings()).with_given(given)
@@ -200,7 +202,8 @@ def map_walk(
     prepared.refuse_unfit(inertial=settings.inertial)
     prepared = replace(prepared, session=replace(prepared.session, tables={}))  # sensors were used, and need no labels
     walk = LabelledWalk.of(prepared, settings)
-    findings = (*site_findings, *walk_findings(prepared, walk, settings))
+    walk, faults = contradicted(prepared, walk, settings.mapping.smoother.sighting_range_m)
+    findings = (*site_findings, *walk_findings(prepared, walk, settings), *faults)
     times = given_times(frame_of(poses, "poses"), "poses")
     return MappedWalk(walk, prepared.landmarks, findings, times)
 
