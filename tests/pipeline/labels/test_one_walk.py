@@ -66,6 +66,13 @@ def test_one_landmark_away_from_its_place_is_named(made: Made) -> None:
     assert found.message.startswith(f"landmark {away} contradicts the others by 3.0")
 
 
+def test_a_walk_that_fits_a_mirrored_table_as_well_says_so(made: Made) -> None:
+    first = made.sightings["id"].unique(maintain_order=True)[:2].to_list()
+    few = made.landmarks.filter(pl.col("id").cast(pl.String).is_in(first))
+    assert "table_not_verified" in {found.kind for found in made.mapped(few).findings}
+    assert "table_not_verified" not in {found.kind for found in made.mapped(made.landmarks).findings}
+
+
 @pytest.mark.parametrize(("seed", "severity"), [(2, "none"), (3, "default"), (8, "severe"), (11, "severe")])
 def test_a_right_walk_is_not_contradicted(tmp_path: Path, seed: int, severity: str) -> None:
     made = Made(tmp_path / "survey", seed, severity)

@@ -12,8 +12,9 @@ from vislam2tag.core.status import Status
 from vislam2tag.core.tracks import Trajectory
 from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.survey_evidence import faults_of, kept_walk, passes_record
-from vislam2tag.quality.diagnosis.evidence import PlacedWalk
+from vislam2tag.quality.diagnosis.evidence import Evidence, PlacedWalk
 from vislam2tag.quality.diagnosis.record import Fault
+from vislam2tag.quality.diagnosis.search import LEAST_GAIN
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.model import Survey
 
@@ -46,6 +47,8 @@ def contradicted(prepared: PreparedSession, walk: LabelledWalk, range_m: float) 
         misfits = _misfits(evidence.walks[0])
         findings += misfits
         whole = bool(misfits)
+    if not findings:
+        findings = _unverified(evidence)
     return (_none_ok(walk) if whole else walk), findings
 
 
@@ -68,6 +71,18 @@ def _misfits(walk: PlacedWalk) -> list[Finding]:
         f"{counted(landmarks, 'landmark')} fit. Check the table's positions, and whether its ids are those of the walk"
     )
     return [Finding(kind="walk_contradicts_table", file=_TABLE, count=count, message=message, severity=Severity.ERROR)]
+
+
+def _unverified(evidence: Evidence) -> list[Finding]:
+    """Report that the walk would fit a mirrored table as well, as with two landmarks, or with all on one line."""
+    mirrored = evidence.with_targets({0: evidence.walks[0].target.conj()}).walks[0]
+    if mirrored.alignment.cost - evidence.walks[0].alignment.cost >= LEAST_GAIN:
+        return []
+    message = (
+        "the landmark table could not be verified: the walk would fit one with x and y exchanged equally well, because "
+        "its landmarks are too few or on one line. Check the path with plot(), or pass more landmarks"
+    )
+    return [Finding(kind="table_not_verified", file=_TABLE, count=1, message=message, severity=Severity.INFO)]
 
 
 def _none_ok(walk: LabelledWalk) -> LabelledWalk:
