@@ -68,10 +68,28 @@ def test_a_column_without_rows_may_have_any_type(kind: type[pl.DataType]) -> Non
 
 def test_a_missing_column_is_named_with_those_expected_and_found() -> None:
     expected = (
-        "sightings: the column id, qw is missing; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+        "sightings: the column id, qw is missing; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw (or cam_x, cam_y, "
+        "cam_z, from the camera; a quaternion may be left out); found time_ns, tx, ty, tz, qx, qy, qz"
     )
-    with pytest.raises(UsageError, match=expected):
+    with pytest.raises(UsageError) as caught:
         session(sightings=SIGHTINGS.drop("id", "qw"))
+    assert str(caught.value) == expected
+    with pytest.raises(UsageError, match=r"poses: the column tz is missing; .*; found t_ns, px, py, qx, qy, qz, qw$"):
+        session(POSES.drop("tz").rename({"time_ns": "t_ns", "tx": "px", "ty": "py"}))
+
+
+def test_positions_and_offsets_without_a_quaternion_are_read() -> None:
+    place = SIGHTINGS.select("id", "time_ns", marker_x="tx", marker_y="ty", marker_z="tz")
+    offset = SIGHTINGS.select("id", "time_ns", cam_x=pl.lit(1.0), cam_y=pl.lit(0.0), cam_z=pl.lit(0.0))
+    for sightings in (place, offset):
+        log = session(sightings=sightings).landmarks
+        assert np.allclose(log.position_acs, session().landmarks.position_acs)
+        assert (log.orientation_acs == (0.0, 0.0, 0.0, 1.0)).all()
+
+
+def test_sightings_belong_to_frames_at_rounded_times() -> None:
+    ms = SIGHTINGS.with_columns(time_ms=(pl.col("time_ns") / 1e6).round()).drop("time_ns")
+    assert session(sightings=ms).landmarks.frame.tolist() == session().landmarks.frame.tolist()
 
 
 def test_times_in_another_unit_are_refused() -> None:

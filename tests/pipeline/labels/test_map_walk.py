@@ -152,6 +152,35 @@ def test_columns_are_recognised_by_usual_headers(walk: Walk) -> None:
     assert np.allclose(labelled["x"], walk.mapped.frames["x"], atol=1e-5, equal_nan=True)
 
 
+def test_a_frame_with_z_up_and_offsets_from_the_camera_give_the_same(walk: Walk) -> None:
+    from scipy.spatial.transform import Rotation
+
+    poses, seen = (
+        walk.poses,
+        walk.sightings.join(walk.poses.select("time_ns", pl.col(POSE).name.suffix("_c")), "time_ns"),
+    )
+    upright = Rotation.from_euler("x", 90, degrees=True)  # y to z
+    turned = upright * Rotation.from_quat(poses.select(POSE[3:]).to_numpy())
+    at = upright.apply(poses.select(POSE[:3]).to_numpy())
+    z_up = poses.select("time_ns").hstack(
+        [pl.Series(n, v) for n, v in zip(POSE, np.hstack((at, turned.as_quat())).T, strict=True)]
+    )
+    camera = Rotation.from_quat(seen.select(f"{name}_c" for name in POSE[3:]).to_numpy())
+    apart = seen.select(POSE[:3]).to_numpy() - seen.select(f"{name}_c" for name in POSE[:3]).to_numpy()
+    offset = camera.inv().apply(apart)
+    sightings = seen.select("id", "time_ns").hstack(
+        [pl.Series(f"cam_{axis}", v) for axis, v in zip("xyz", offset.T, strict=True)]
+    )
+    mapped = vt.map_walk(z_up, sightings, walk.landmarks.drop("heading_rad", strict=False), sensors=walk.sensors)
+    assert "columns_guessed" in {found.kind for found in mapped.findings}
+    both = (mapped.frames["status"] == "ok") & (walk.mapped.frames["status"] == "ok")
+    assert both.sum() > 0.8 * (walk.mapped.frames["status"] == "ok").sum()
+    apart_m = (
+        mapped.frames.filter(both).select("x", "y") - walk.mapped.frames.filter(both).select("x", "y")
+    ).to_numpy()
+    assert np.abs(apart_m).max() < 0.1
+
+
 @given(st.data())
 def test_labels_at_the_times_of_frames_are_the_frames(walk: Walk, data: st.DataObject) -> None:
     frames = walk.mapped.frames.filter(~pl.col("status").is_in(["invalid", "duplicate"]))
@@ -174,6 +203,11 @@ def test_a_walk_that_cannot_be_mapped_says_why(walk: Walk) -> None:
 def test_poses_of_another_convention_are_refused(walk: Walk) -> None:
     with pytest.raises(SessionError, match="floor 0 / in memory / walk: poses: "):
         vt.map_walk(walk.poses.with_columns(pl.col("tx", "ty", "tz") * 100), walk.sightings, walk.landmarks)
+
+
+def test_headings_of_landmarks_need_orientations_of_sightings(walk: Walk) -> None:
+    with pytest.raises(UsageError, match="landmarks, column heading_rad: the sightings have no orientations"):
+        vt.map_walk(walk.poses, walk.sightings.drop(POSE[3:]), walk.landmarks.with_columns(heading_rad=0.0))
 
 
 def test_settings_and_floor_are_taken(walk: Walk) -> None:

@@ -14,7 +14,7 @@ from typing import Unpack
 
 import numpy as np
 
-from vislam2tag.common.errors import OutputError
+from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.given_tables import GivenTable, frame_of
@@ -37,6 +37,7 @@ from vislam2tag.pipeline.run.workers import outcomes_of, run_job
 from vislam2tag.sessions.given_times import given_times
 from vislam2tag.sessions.in_memory import landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
+from vislam2tag.sessions.sighting_poses import AT_REST
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import ControlPoints, Floor, SessionKey, SessionRef, Site
 from vislam2tag.site.stored_survey import survey_at_hand
@@ -176,10 +177,11 @@ def map_walk(
     Columns; others are ignored, and rows count from 1. Usual headers such as ``timestamp``, ``time_s``, ``px``,
     ``pos_x [mm]``, ``quat_w`` and ``marker_id`` are recognised, with their unit:
 
-    * ``poses``: ``time_ns`` (integers, ns), ``tx, ty, tz`` (metres) and the unit quaternion ``qx, qy, qz, qw``, from
-      the camera to the tracker's frame, whose y is up. The camera looks along its own -z;
-    * ``sightings``: ``time_ns`` (that of a pose), ``id`` (text or whole numbers), ``tx`` .. ``qw`` of the landmark in
-      the tracker's frame;
+    * ``poses``: ``time_ns`` (ns; or ``time_s``, date-times, dates as text), ``tx, ty, tz`` (metres) and the unit
+      quaternion ``qx, qy, qz, qw``, from the camera to the tracker's frame, whose y is up. The camera looks along its
+      own -z. Frames with z up and cameras with y down are recognised if the path shows them;
+    * ``sightings``: ``time_ns`` (that of a pose), ``id`` (text or whole numbers), ``tx, ty, tz`` of the landmark in
+      the tracker's frame, and ``qx`` .. ``qw`` if known; or its offset ``cam_x, cam_y, cam_z`` in the camera's axes;
     * ``landmarks``: ``id``, ``x``, ``y`` (metres on the plan); optionally ``z``, ``sigma_m`` (per axis; 0.02 if
       missing), ``heading_rad`` (of the sheet's X axis, from x), ``heading_sigma_rad`` and ``floor`` (whole number);
     * ``sensors``: ``time_ns``, ``sensor``, ``v1`` .. ``v6``, as in ``sensors.csv`` (docs/reference/session-files.md):
@@ -195,6 +197,11 @@ def map_walk(
     surveyed, own, site_findings = landmarks_in_memory(landmarks, floor, settings.survey.landmark_sigma_m)
     key = SessionKey(own, "in memory", "walk")
     session = session_in_memory(key, poses, sightings, sensors, settings.findings)
+    if (session.landmarks.orientation_acs == AT_REST).all() and np.isfinite(surveyed.heading_rad).any():
+        raise UsageError(
+            "landmarks, column heading_rad: the sightings have no orientations to compare it with; leave the column "
+            "out, or give sightings the quaternions qx, qy, qz, qw of the landmarks"
+        )
     site = Site(tuple(map(_floor, sorted({own, *surveyed.floor.tolist()}))), surveyed)
     ref = SessionRef(key, Path(), "memory", "walk")
     task = SessionTask(ref, site, Corrections(), settings.survey.landmark_sigma_m, settings.findings)
