@@ -12,46 +12,22 @@ import tempfile
 from pathlib import Path
 
 import pandas as pd
-import polars as pl
 
 from vislam2tag.api import map_walk, open_survey, read_session, regular_survey, simulate
 
 folder = Path(tempfile.mkdtemp())
-simulate(
-    regular_survey(
-        seed=8,
-        floors=(0,),
-        devices=("LG",),
-        sessions=1,
-        duration_s=120.0,
-    ),
-    folder / "made",
-)
+simulate(regular_survey(seed=8, floors=(0,), devices=("LG",), sessions=1, duration_s=120.0), folder / "made")
 survey = open_survey(folder / "made")
 session = read_session(survey.sessions[0])
-camera, log, marks = session.camera, session.landmarks, survey.site.landmarks
-
-
-def columns(time_ns, position, orientation):
-    named = dict(zip(("px", "py", "pz"), position.T, strict=True))
-    turned = dict(zip(("qx", "qy", "qz", "qw"), orientation.T, strict=True))
-    return {"timestamp": time_ns, **named, **turned}
-
-
-pl.DataFrame(columns(camera.time_ns, camera.position_acs, camera.orientation_acs)).write_csv(folder / "poses.csv")
-seen = columns(camera.time_ns[log.frame], log.position_acs, log.orientation_acs)
-ids = [log.ids[number] for number in log.landmark]
-pl.DataFrame({"marker": ids, **seen}).write_csv(folder / "sightings.csv")
-x, y = marks.position_bcs.T
-pl.DataFrame({"marker": marks.ids, "x": x, "y": y}).write_csv(folder / "landmarks.csv")
-session.tables["wifi"].select(pl.col("time_ns").alias("timestamp"), "bssid", "rssi_dbm").write_csv(folder / "wifi.csv")
-print(pl.read_csv(folder / "sightings.csv").columns)
+for name in ("poses", "sightings", "wifi"):
+    session.to_pandas(name).to_csv(folder / f"{name}.csv", index=False)
+survey.to_pandas("landmarks").to_csv(folder / "landmarks.csv", index=False)
 
 # %% [markdown]
 # ## Map and label
 #
 # Columns are recognised by their headers, with their unit if they name one (`time_ms`, `pos_x [mm]`). Times without a
-# unit are nanoseconds, positions metres.
+# unit are nanoseconds, positions metres. Date-times and dates as text are times, too; without a zone they count as UTC.
 
 # %%
 poses = pd.read_csv(folder / "poses.csv")
@@ -73,6 +49,9 @@ print(path.groupby("status")["sigma"].agg(["size", "mean"]).round(3))
 # ## If it fails
 #
 # - **A column is missing**: the message names the table, the missing columns and those that were found. Rename them.
+# - **No row is within the walk**: the message names the factor between the times, and the header that states it.
+# - **All frames are `uncertain`**: if `walk.findings` contains `survey_fault`, the landmark table is wrong, for example
+#   because x and y are exchanged.
 # - **No row has a position**: `walk.findings` contains the reason, for example ids that differ between the tables.
 #
 # ## Next

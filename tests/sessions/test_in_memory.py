@@ -47,9 +47,6 @@ def test_air_pressure_comes_from_sensors() -> None:
 @pytest.mark.parametrize(
     ("column", "values", "message"),
     [
-        ("time_ns", [0, 1, None, 3, 4], "table, column time_ns, row 3: expected integers, nanoseconds; found None"),
-        ("time_ns", [0, -1, 2, 3, 4], "table, column time_ns, row 2: expected integers, nanoseconds; found -1"),
-        ("time_ns", [0.5] * 5, "table, column time_ns, row 1: expected integers, nanoseconds; found 0.5"),
         ("tx", ["a"] * 5, "table, column tx, row 1: expected numbers, metres; found 'a'"),
         ("qw", [True] * 5, "table, column qw, row 1: expected numbers, a unit quaternion's; found True"),
         ("id", ["1", " ", "2", "3", "4"], "row 2: expected text or whole numbers, the landmark's name; found ' '"),
@@ -57,7 +54,7 @@ def test_air_pressure_comes_from_sensors() -> None:
 )
 def test_a_wrong_value_is_named_by_column_and_row(column: str, values: list[object], message: str) -> None:
     frame = pl.DataFrame({column: values})
-    kind = {"time_ns": pl.Int64, "id": pl.String}.get(column, pl.Float64)
+    kind = pl.String if column == "id" else pl.Float64
     with pytest.raises(UsageError) as caught:
         checked_column(frame, "table", column, kind)
     assert str(caught.value).endswith(message)
@@ -71,18 +68,57 @@ def test_a_column_without_rows_may_have_any_type(kind: type[pl.DataType]) -> Non
 
 def test_a_missing_column_is_named_with_those_expected_and_found() -> None:
     expected = (
-        "sightings: the column id, qw is missing; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw; found time_ns, "
+        "sightings: the column id, qw is missing; expected id, time_ns, tx, ty, tz, qx, qy, qz, qw (or cam_x, cam_y, "
+        "cam_z, from the camera; a quaternion may be left out); found time_ns, tx, ty, tz, qx, qy, qz"
     )
-    with pytest.raises(UsageError, match=expected):
+    with pytest.raises(UsageError) as caught:
         session(sightings=SIGHTINGS.drop("id", "qw"))
+    assert str(caught.value) == expected
+    with pytest.raises(UsageError, match=r"poses: the column tz is missing; .*; found t_ns, px, py, qx, qy, qz, qw$"):
+        session(POSES.drop("tz").rename({"time_ns": "t_ns", "tx": "px", "ty": "py"}))
+
+
+def test_positions_and_offsets_without_a_quaternion_are_read() -> None:
+    place = SIGHTINGS.select("id", "time_ns", marker_x="tx", marker_y="ty", marker_z="tz")
+    offset = SIGHTINGS.select("id", "time_ns", cam_x=pl.lit(1.0), cam_y=pl.lit(0.0), cam_z=pl.lit(0.0))
+    for sightings in (place, offset):
+        log = session(sightings=sightings).landmarks
+        assert np.allclose(log.position_acs, session().landmarks.position_acs)
+        assert (log.orientation_acs == (0.0, 0.0, 0.0, 1.0)).all()
+
+
+def test_sightings_belong_to_frames_at_rounded_times() -> None:
+    ms = SIGHTINGS.with_columns(time_ms=(pl.col("time_ns") / 1e6).round()).drop("time_ns")
+    assert session(sightings=ms).landmarks.frame.tolist() == session().landmarks.frame.tolist()
 
 
 def test_times_in_another_unit_are_refused() -> None:
     many = pl.concat([POSES] * 8).with_columns(time_ns=np.arange(40) * 33)
     with pytest.raises(
         UsageError, match="poses, column time_ns: times must be in nanoseconds, but these are in milliseconds"
-    ):
+    ) as caught:
         session(many, SIGHTINGS.head(0))
+    assert str(caught.value).endswith("; rename the column to time_ms")
+
+
+def test_rows_without_a_time_are_left_out_and_reported() -> None:
+    times = pl.Series([None, *POSES["time_ns"][1:]])
+    read = session(POSES.with_columns(time_ns=times), SIGHTINGS.with_columns(time_ns=times))
+    assert read.camera.time_ns.tolist() == POSES["time_ns"].to_list()[1:]
+    assert (read.landmarks.ids, read.landmarks.frame.tolist()) == (("7", "8"), [0, 1, 2, 3])
+    assert [(found.kind, found.file, found.lines) for found in read.findings][:2] == [
+        ("rows_without_time", "poses", (1,)),
+        ("rows_without_time", "sightings", (1,)),
+    ]
+
+
+def test_dates_without_a_zone_beside_others_are_refused() -> None:
+    dates = pl.from_epoch(POSES["time_ns"] + 1_700_000_000 * 10**9, time_unit="ns")
+    local, zoned = (table.with_columns(time_ns=dates) for table in (POSES, SIGHTINGS))
+    read = session(local, zoned)
+    assert read.camera.time_ns.tolist() == [ns + 1_700_000_000 * 10**9 for ns in POSES["time_ns"]]
+    with pytest.raises(UsageError, match="poses, column time_ns: the dates have no time zone, but those of sightings"):
+        session(local, zoned.with_columns(time_ns=dates.dt.replace_time_zone("UTC")))
 
 
 def test_what_is_no_table_is_refused() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.datasets.factory import small_dataset
@@ -21,6 +22,7 @@ from vislam2tag.datasets.settings import RadioMapSettings
 from vislam2tag.labeling.mapped_walk import MappedWalk
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import LabelledWalk
+from vislam2tag.sessions.given_times import GivenTimes
 from vislam2tag.sessions.registry import open_survey
 from vislam2tag.site.model import SessionKey
 
@@ -55,7 +57,8 @@ def test_a_mapped_walk_draws_its_path_and_the_landmarks_of_its_floor(trajectory:
     settings = ProcessSettings()
     landmarks = landmarks_at({"7": (0.0, 0.0), "8": (5.0, 1.0)})
     walk = LabelledWalk(SessionKey(0, "", ""), trajectory, trajectory, {}, settings.labels, "")
-    drawn = MappedWalk(walk, replace(landmarks, floor=np.array([0, 1])), ())
+    times = GivenTimes(pl.Series(trajectory.time_ns), "time_ns")
+    drawn = MappedWalk(walk, replace(landmarks, floor=np.array([0, 1])), (), times)
     axes = drawn.plot()
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["landmark", "ok", "uncertain"]
     assert [text.get_text() for text in axes.texts] == ["7"]

@@ -20,7 +20,7 @@ from vislam2tag.core.status import Status, has_position
 from vislam2tag.core.tracks import Landmarks
 from vislam2tag.core.transforms import level_view
 from vislam2tag.labeling.tables import LabelledWalk, label_readings, trajectory_table
-from vislam2tag.sessions.in_memory import checked_column, recognised
+from vislam2tag.sessions.given_times import GivenTimes, given_times, outside_walk, refuse_mixed_dates
 
 _CAUSES = {name: style.meaning for name, style in STATUS_STYLES.items() if name != Status.OK.label}
 
@@ -47,6 +47,8 @@ class MappedWalk(Drawable, Tabular):
     landmarks: Landmarks
     """Those that the walk may use."""
     findings: tuple[Finding, ...]
+    times: GivenTimes
+    """Those of the poses, as given."""
 
     @cached_property
     def frames(self) -> pl.DataFrame:
@@ -68,17 +70,23 @@ class MappedWalk(Drawable, Tabular):
     def label(self, table: GivenTable, time_column: str = "time_ns") -> pl.DataFrame:
         """Add ``x``, ``y``, ``z``, ``sigma`` (metres) and ``status`` to a table, as ``process`` does to its own.
 
-        ``time_column`` has times on the poses' clock, integers, nanoseconds. Without ``time_ns``, a column is
-        recognised by its header, such as ``timestamp`` or ``time_s``. ``floor`` is added, too, if the landmarks
-        have several. Raises UsageError if the column is missing or wrong, or if the table has one of those already.
+        ``time_column`` has times on the poses' clock: numbers in the unit of its name (``time_s``), else nanoseconds,
+        or date-times. Without ``time_ns``, a column is recognised by its header, such as ``timestamp``. Rows without a
+        time are ``invalid``. ``floor`` is added, too, if the landmarks have several. Raises UsageError if the column
+        is missing or wrong, if no row is within the walk, or if the table has one of those columns already.
         """
         rows = frame_of(table, "table")
-        times_of = recognised(rows, (time_column,)) if time_column == "time_ns" else rows
-        if time_column not in times_of.columns:
-            raise UsageError(f"table: the column {time_column} is missing; it has {', '.join(rows.columns) or 'none'}")
-        time_ns = checked_column(times_of, "table", time_column, pl.Int64).alias("time_ns")
-        times = pl.DataFrame([time_ns, pl.Series("repeated", np.zeros(len(time_ns), dtype=np.bool_))])
-        labels = label_readings(times, self.walk.mapped, self.walk.settings)
+        walk_ns = self.walk.mapped.time_ns[self.walk.mapped.status != Status.INVALID]
+        times = given_times(rows, "table", time_column, walk_ns)
+        if len(walk_ns) and times.ns.is_not_null().any():
+            refuse_mixed_dates([("table", times), ("poses", self.times)])
+        if outside := outside_walk(times, "table", walk_ns):
+            raise UsageError(outside)
+        missing = times.ns.is_null()
+        readings = pl.DataFrame([times.ns.fill_null(0), missing.alias("repeated")])
+        labels = label_readings(readings, self.walk.mapped, self.walk.settings)
+        invalid = pl.when(missing).then(pl.lit(Status.INVALID.label)).otherwise(pl.col("status"))
+        labels = labels.with_columns(invalid.alias("status"))
         labels = labels.drop("time_ns", *(["floor"] if len(self.floors) < 2 else []), strict=False)
         if taken := [name for name in labels.columns if name in rows.columns]:
             raise UsageError(f"table: the column {' and '.join(taken)} already exists; rename it")

@@ -25,7 +25,7 @@ from vislam2tag.core.tracks import Trajectory
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.new_frame import changed_table
 from vislam2tag.labeling.settings import LabelRule, LabelSettings, ProcessSettings
-from vislam2tag.sessions.in_memory import checked_column, recognised
+from vislam2tag.sessions.given_times import given_times
 from vislam2tag.sessions.model import Attachment
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.site.frame_change import FrameChange
@@ -162,11 +162,12 @@ def label_readings(
 
 def _readings(table: GivenTable) -> pl.DataFrame:
     """A table of readings with ``time_ns``, integers, and ``repeated``."""
-    rows = recognised(frame_of(table, "table"), ("time_ns",))
-    if "time_ns" not in rows.columns:
-        raise UsageError(f"table: the column time_ns is missing; it has {', '.join(rows.columns) or 'none'}")
-    if rows.schema["time_ns"] != pl.Int64:
-        rows = rows.with_columns(checked_column(rows, "table", "time_ns", pl.Int64).alias("time_ns"))
+    rows = frame_of(table, "table")
+    if rows.schema.get("time_ns") != pl.Int64 or rows["time_ns"].has_nulls():
+        times = given_times(rows, "table")
+        if row := int(times.ns.is_null().arg_max() or 0) + times.ns.is_null().any():
+            raise UsageError(f"table, column {times.column}, row {row}: the time is missing; leave the row out")
+        rows = rows.with_columns(times.ns)
     if "repeated" not in rows.columns:
         return rows.with_columns(repeated=pl.lit(value=False))
     return rows.with_columns(pl.col("repeated").cast(pl.Boolean).fill_null(value=False))

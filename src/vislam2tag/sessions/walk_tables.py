@@ -243,7 +243,7 @@ class WalkTables:
         """
         column = table.roles["time"]
         texts = table.rows[column.name].cast(pl.String).str.strip_chars()
-        if _are_dates(texts):
+        if have_dates(texts):
             return self._with_dates(table, texts)
         step, example = rounded_step(texts)
         numbers, odd = with_numbers(table.rows.with_columns(texts), [column.name], table.file)
@@ -369,13 +369,14 @@ def _has_beacons(rows: pl.DataFrame) -> bool:
     )
 
 
-def _are_dates(texts: pl.Series) -> bool:
+def have_dates(texts: pl.Series) -> bool:
+    """Whether most texts are dates with a time."""
     return (texts.str.contains(_DATE).sum() or 0) > len(texts) / 2
 
 
 def _are_local(texts: pl.Series) -> bool:
     """Whether times are dates without a time zone."""
-    return _are_dates(texts) and not texts.str.contains(_ZONE).any()
+    return have_dates(texts) and not texts.str.contains(_ZONE).any()
 
 
 def _time_column(rows: pl.DataFrame, given: TableColumns) -> str | None:

@@ -104,6 +104,20 @@ def categorical(table: pd.DataFrame) -> pd.DataFrame:
     return table.astype({"id": str}).astype({"id": "category"}) if "id" in table else table
 
 
+def floats(table: pd.DataFrame) -> pd.DataFrame:
+    return table.assign(time_ns=table["time_ns"].astype(float)) if "time_ns" in table else table
+
+
+def in_seconds(table: pd.DataFrame) -> pd.DataFrame:
+    if "time_ns" not in table:
+        return table
+    return table.assign(time_ns=table["time_ns"] / 1e9).rename(columns={"time_ns": "time_s"})
+
+
+def local(table: pd.DataFrame) -> pd.DataFrame:
+    return table.assign(time_ns=pd.to_datetime(table["time_ns"])) if "time_ns" in table else table
+
+
 def dated(table: pd.DataFrame) -> pd.DataFrame:
     if "time_ns" not in table:
         return table
@@ -111,7 +125,9 @@ def dated(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(time_ns=times)
 
 
-@pytest.mark.parametrize("kind", [nullable, of_arrow, of_objects, indexed, categorical, dated])
+@pytest.mark.parametrize(
+    "kind", [nullable, of_arrow, of_objects, indexed, categorical, floats, in_seconds, local, dated]
+)
 def test_every_kind_of_pandas_table_gives_the_same(walk: Walk, kind: Callable[[pd.DataFrame], pd.DataFrame]) -> None:
     tables = [kind(table.to_pandas()) for table in (walk.poses, walk.sightings, walk.landmarks)]
     mapped = vt.map_walk(*tables, sensors=kind(walk.sensors.to_pandas()))
@@ -134,6 +150,35 @@ def test_columns_are_recognised_by_usual_headers(walk: Walk) -> None:
     assert_frame_equal(mapped.frames.select(columns), walk.mapped.frames.select(columns), abs_tol=1e-5)
     labelled = mapped.label(walk.poses.select(walk.poses["time_ns"].alias("timestamp"))).to_pandas()
     assert np.allclose(labelled["x"], walk.mapped.frames["x"], atol=1e-5, equal_nan=True)
+
+
+def test_a_frame_with_z_up_and_offsets_from_the_camera_give_the_same(walk: Walk) -> None:
+    from scipy.spatial.transform import Rotation
+
+    poses, seen = (
+        walk.poses,
+        walk.sightings.join(walk.poses.select("time_ns", pl.col(POSE).name.suffix("_c")), "time_ns"),
+    )
+    upright = Rotation.from_euler("x", 90, degrees=True)  # y to z
+    turned = upright * Rotation.from_quat(poses.select(POSE[3:]).to_numpy())
+    at = upright.apply(poses.select(POSE[:3]).to_numpy())
+    z_up = poses.select("time_ns").hstack(
+        [pl.Series(n, v) for n, v in zip(POSE, np.hstack((at, turned.as_quat())).T, strict=True)]
+    )
+    camera = Rotation.from_quat(seen.select(f"{name}_c" for name in POSE[3:]).to_numpy())
+    apart = seen.select(POSE[:3]).to_numpy() - seen.select(f"{name}_c" for name in POSE[:3]).to_numpy()
+    offset = camera.inv().apply(apart)
+    sightings = seen.select("id", "time_ns").hstack(
+        [pl.Series(f"cam_{axis}", v) for axis, v in zip("xyz", offset.T, strict=True)]
+    )
+    mapped = vt.map_walk(z_up, sightings, walk.landmarks.drop("heading_rad", strict=False), sensors=walk.sensors)
+    assert "columns_guessed" in {found.kind for found in mapped.findings}
+    both = (mapped.frames["status"] == "ok") & (walk.mapped.frames["status"] == "ok")
+    assert both.sum() > 0.8 * (walk.mapped.frames["status"] == "ok").sum()
+    apart_m = (
+        mapped.frames.filter(both).select("x", "y") - walk.mapped.frames.filter(both).select("x", "y")
+    ).to_numpy()
+    assert np.abs(apart_m).max() < 0.1
 
 
 @given(st.data())
@@ -160,6 +205,11 @@ def test_poses_of_another_convention_are_refused(walk: Walk) -> None:
         vt.map_walk(walk.poses.with_columns(pl.col("tx", "ty", "tz") * 100), walk.sightings, walk.landmarks)
 
 
+def test_headings_of_landmarks_need_orientations_of_sightings(walk: Walk) -> None:
+    with pytest.raises(UsageError, match="landmarks, column heading_rad: the sightings have no orientations"):
+        vt.map_walk(walk.poses, walk.sightings.drop(POSE[3:]), walk.landmarks.with_columns(heading_rad=0.0))
+
+
 def test_settings_and_floor_are_taken(walk: Walk) -> None:
     settings = ProcessSettings(strategy="local")
     result = vt.map_walk(walk.poses, walk.sightings, walk.landmarks, floor=4, settings=settings)
@@ -174,8 +224,25 @@ def test_columns_that_are_there_already_or_missing_are_refused(walk: Walk) -> No
         walk.mapped.label(times.with_columns(x=0.0, status=0))
     with pytest.raises(UsageError, match="table: the column t is missing; it has time_ns"):
         walk.mapped.label(times, "t")
-    with pytest.raises(UsageError, match="table, column time_ns, row 1: expected integers, nanoseconds; found "):
-        walk.mapped.label(times.cast(pl.Float64))
+
+
+def test_labels_of_another_unit_name_it(walk: Walk) -> None:
+    us = walk.poses.select(walk.poses["time_ns"] // 1000)
+    with pytest.raises(
+        UsageError, match=r"no row is within the walk.*multiplied by 1,000: rename the column to time_us"
+    ):
+        walk.mapped.label(us)
+    assert walk.mapped.label(us.rename({"time_ns": "time_us"}))["x"].is_not_null().any()
+    assert walk.mapped.label(us.rename({"time_ns": "t_us"}), "t_us")["x"].is_not_null().any()
+    with pytest.raises(UsageError, match=r"Its times are 5 to 5 ns, those of the walk \d+ to \d+ ns"):
+        walk.mapped.label(pl.DataFrame({"time_ns": [5]}))
+
+
+def test_rows_without_a_time_stay_and_are_invalid(walk: Walk) -> None:
+    times = walk.poses["time_ns"].cast(pl.Float64).to_list()
+    labelled = walk.mapped.label(pd.DataFrame({"time_ns": [None, times[500]]}))
+    assert labelled["status"].to_list() == ["invalid", walk.mapped.frames["status"][500]]
+    assert labelled["x"].to_list() == [None, walk.mapped.frames["x"][500]]
 
 
 def test_headings_are_where_the_camera_looks(walk: Walk) -> None:

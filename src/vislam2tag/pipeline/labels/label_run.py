@@ -30,13 +30,12 @@ from vislam2tag.labeling.results import (
 )
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.pipeline.labels.session import SessionJob, jobs_of, still_holds
-from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, kept_walk, survey_evidence, thinned
+from vislam2tag.pipeline.labels.survey_evidence import RoomsOnPlans, faults_of, kept_walk, thinned
 from vislam2tag.pipeline.run.claims import OF_RUN, claim, refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import COLUMNS, LOGS, REPORT_FILE, SESSION_FOLDERS, OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, refuse_among_sessions
-from vislam2tag.quality.diagnosis.id_faults import id_faults
 from vislam2tag.quality.diagnosis.record import Fault, References, answered
-from vislam2tag.quality.diagnosis.search import found_faults, judgement_of
+from vislam2tag.quality.diagnosis.search import judgement_of
 from vislam2tag.sessions.prepared import SessionTask
 from vislam2tag.site.corrections.file import CORRECTIONS_FILE, Corrections
 from vislam2tag.site.corrections.unknown import unknown_landmarks
@@ -265,9 +264,7 @@ def kept_faults(
 ) -> tuple[list[Fault], Judgement]:
     """Faults of the survey according to the kept observations of walks (by slug), and whether these could show any."""
     walks = [kept_walk(ref.key, passes[ref.slug]) for ref in refs if ref.slug in passes]
-    of_ids, walks = id_faults(survey.site.landmarks, walks)
-    evidence = survey_evidence(survey, walks, rooms)
-    faults = [*of_ids, *found_faults(evidence)[0]]
+    faults, evidence = faults_of(survey, walks, rooms)
     return faults, judgement_of(evidence, len(refs), failed, len(faults))
 
 

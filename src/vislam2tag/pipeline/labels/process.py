@@ -14,10 +14,10 @@ from typing import Unpack
 
 import numpy as np
 
-from vislam2tag.common.errors import OutputError
+from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.given_tables import GivenTable
+from vislam2tag.common.given_tables import GivenTable, frame_of
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.mapped_walk import MappedWalk
@@ -27,14 +27,17 @@ from vislam2tag.labeling.tables import LabelledWalk
 from vislam2tag.pipeline.labels.findings import walk_findings
 from vislam2tag.pipeline.labels.label_run import LabelRun, label_run, opened_run, outdated_findings
 from vislam2tag.pipeline.labels.odd_references import odd_findings
+from vislam2tag.pipeline.labels.one_walk import contradicted
 from vislam2tag.pipeline.labels.session import OfSession, Outcome, Reason, jobs_of
 from vislam2tag.pipeline.labels.together import TasksTogether, refuse_together, told_tasks
 from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_labels
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessArguments, ProcessChoices, choices_of, given_settings
 from vislam2tag.pipeline.run.workers import outcomes_of, run_job
+from vislam2tag.sessions.given_times import given_times
 from vislam2tag.sessions.in_memory import landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
+from vislam2tag.sessions.sighting_poses import AT_REST
 from vislam2tag.site.corrections.file import Corrections
 from vislam2tag.site.model import ControlPoints, Floor, SessionKey, SessionRef, Site
 from vislam2tag.site.stored_survey import survey_at_hand
@@ -174,10 +177,11 @@ def map_walk(
     Columns; others are ignored, and rows count from 1. Usual headers such as ``timestamp``, ``time_s``, ``px``,
     ``pos_x [mm]``, ``quat_w`` and ``marker_id`` are recognised, with their unit:
 
-    * ``poses``: ``time_ns`` (integers, ns), ``tx, ty, tz`` (metres) and the unit quaternion ``qx, qy, qz, qw``, from
-      the camera to the tracker's frame, whose y is up. The camera looks along its own -z;
-    * ``sightings``: ``time_ns`` (that of a pose), ``id`` (text or whole numbers), ``tx`` .. ``qw`` of the landmark in
-      the tracker's frame;
+    * ``poses``: ``time_ns`` (ns; or ``time_s``, date-times, dates as text), ``tx, ty, tz`` (metres) and the unit
+      quaternion ``qx, qy, qz, qw``, from the camera to the tracker's frame, whose y is up. The camera looks along its
+      own -z. Frames with z up and cameras with y down are recognised if the path shows them;
+    * ``sightings``: ``time_ns`` (that of a pose), ``id`` (text or whole numbers), ``tx, ty, tz`` of the landmark in
+      the tracker's frame, and ``qx`` .. ``qw`` if known; or its offset ``cam_x, cam_y, cam_z`` in the camera's axes;
     * ``landmarks``: ``id``, ``x``, ``y`` (metres on the plan); optionally ``z``, ``sigma_m`` (per axis; 0.02 if
       missing), ``heading_rad`` (of the sheet's X axis, from x), ``heading_sigma_rad`` and ``floor`` (whole number);
     * ``sensors``: ``time_ns``, ``sensor``, ``v1`` .. ``v6``, as in ``sensors.csv`` (docs/reference/session-files.md):
@@ -185,13 +189,19 @@ def map_walk(
 
     ``strategy="local"`` and other settings may be given by keyword, as for ``process``.
     ``floor`` is the number of the floor on which the walk starts; it is needed if ``landmarks`` has several. A walk
-    that cannot be mapped has frames without positions and ``findings`` with the reason. Raises UsageError, naming
+    that cannot be mapped has frames without positions and ``findings`` with the reason. If it contradicts the landmark
+    table, as one with x and y exchanged, ``findings`` say so and no frame is ``ok``. Raises UsageError, naming
     table, column and row, for unusable tables, SessionError for poses that cannot be those of a walk.
     """
     settings = (settings or ProcessSettings()).with_given(given)
     surveyed, own, site_findings = landmarks_in_memory(landmarks, floor, settings.survey.landmark_sigma_m)
     key = SessionKey(own, "in memory", "walk")
     session = session_in_memory(key, poses, sightings, sensors, settings.findings)
+    if (session.landmarks.orientation_acs == AT_REST).all() and np.isfinite(surveyed.heading_rad).any():
+        raise UsageError(
+            "landmarks, column heading_rad: the sightings have no orientations to compare it with; leave the column "
+            "out, or give sightings the quaternions qx, qy, qz, qw of the landmarks"
+        )
     site = Site(tuple(map(_floor, sorted({own, *surveyed.floor.tolist()}))), surveyed)
     ref = SessionRef(key, Path(), "memory", "walk")
     task = SessionTask(ref, site, Corrections(), settings.survey.landmark_sigma_m, settings.findings)
@@ -199,8 +209,10 @@ def map_walk(
     prepared.refuse_unfit(inertial=settings.inertial)
     prepared = replace(prepared, session=replace(prepared.session, tables={}))  # sensors were used, and need no labels
     walk = LabelledWalk.of(prepared, settings)
-    findings = (*site_findings, *walk_findings(prepared, walk, settings))
-    return MappedWalk(walk, prepared.landmarks, findings)
+    walk, faults = contradicted(prepared, walk, settings.mapping.smoother.sighting_range_m)
+    findings = (*site_findings, *walk_findings(prepared, walk, settings), *faults)
+    times = given_times(frame_of(poses, "poses"), "poses")
+    return MappedWalk(walk, prepared.landmarks, findings, times)
 
 
 def _floor(number: int) -> Floor:

@@ -19,6 +19,9 @@ from vislam2tag.estimation.tracker_errors import STATES
 from vislam2tag.labeling.results import PassesRecord
 from vislam2tag.quality.diagnosis.alignment import WalkPasses
 from vislam2tag.quality.diagnosis.evidence import Evidence, Mark, PlacedWalk, Table
+from vislam2tag.quality.diagnosis.id_faults import id_faults
+from vislam2tag.quality.diagnosis.record import Fault
+from vislam2tag.quality.diagnosis.search import found_faults
 from vislam2tag.sessions.prepared import PreparedSession
 from vislam2tag.sessions.session_landmarks import walk_id_shift
 from vislam2tag.site.model import SessionKey, SessionRef, Site, Survey
@@ -168,3 +171,12 @@ def survey_evidence(
             for (passes, _), places in zip(ordered, own, strict=True)
         ),
     )
+
+
+def faults_of(
+    survey: Survey, walks: Sequence[tuple[WalkPasses, Places]], rooms: RoomsOnPlans | None = None
+) -> tuple[list[Fault], Evidence]:
+    """Faults of ids and of landmark tables according to walks, and the evidence for them; ``rooms`` names places."""
+    of_ids, walks = id_faults(survey.site.landmarks, walks)
+    evidence = survey_evidence(survey, walks, rooms)
+    return [*of_ids, *found_faults(evidence)[0]], evidence

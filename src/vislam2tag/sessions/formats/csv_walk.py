@@ -14,7 +14,6 @@ from vislam2tag.common.errors import SessionError, SurveyError, UsageError
 from vislam2tag.common.files.given_files import plain
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
-from vislam2tag.core.transforms import rotated
 from vislam2tag.intake.cells import LENGTHS_M
 from vislam2tag.intake.columns import given_column, matching_columns, missing_column, plain_name
 from vislam2tag.intake.time_units import (
@@ -40,6 +39,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.registry import FORMATS, HEAD_BYTES, register
 from vislam2tag.sessions.settings import FindingSettings
+from vislam2tag.sessions.sighting_poses import at_frames, of_offsets, of_positions
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
@@ -148,27 +148,20 @@ class _Reader:
             self.files.findings,
         )
         findings += clock_mismatch(table.time_ns, table.file, camera)
-        at_rest = np.tile((0.0, 0.0, 0.0, 1.0), (table.rows.height, 1))
-        frames = np.flatnonzero(camera.usable)
-        frame_ns, time_ns = camera.time_ns[frames], table.time_ns
-        nearest = _nearest(frame_ns, time_ns)
+        time_ns = table.time_ns
         if {"dx", "dy", "dz"} <= table.roles.keys():
-            offset = table.lengths(("dx", "dy", "dz"), findings)
-            if self.axes[0] == "y-down":
-                offset = offset * (1.0, -1.0, -1.0)
-            at = np.column_stack([np.interp(time_ns, frame_ns, axis) for axis in camera.position_acs[frames].T])
-            poses = np.column_stack((at + rotated(camera.orientation_acs[frames[nearest]], offset), at_rest))
+            poses = of_offsets(table.lengths(("dx", "dy", "dz"), findings), time_ns, camera, self.axes[0])
         else:
             turned = {"qx", "qy", "qz", "qw"} <= table.roles.keys()
-            turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else at_rest
-            poses = in_acs(np.column_stack((table.lengths(("x", "y", "z"), findings), turn)), "y-up", self.axes[1])
-        close = np.abs(frame_ns[nearest] - time_ns) <= _MAX_APART_NS
+            turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else None
+            poses = of_positions(table.lengths(("x", "y", "z"), findings), turn, self.axes[1])
         rows = table.rows.select(
             "row",
             id=table.text("id").fill_null("").str.strip_chars(),
-            time_ns=np.where(close, frame_ns[nearest], time_ns),
+            time_ns=at_frames(camera, time_ns, _MAX_APART_NS),
         )
         log = self.files.noted(landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera))
+        frames = np.flatnonzero(camera.usable)
         first = np.full(len(log.ids), len(camera.time_ns))
         np.minimum.at(first, log.landmark, log.frame)
         expected = sum(int((frames >= each).sum()) for each in first)
@@ -311,15 +304,6 @@ _WIFI = {
 
 def _pose_series(poses: FloatArray) -> list[pl.Series]:
     return [pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)]
-
-
-def _nearest(sorted_ns: IntArray, time_ns: IntArray) -> IntArray:
-    """Places (k,) of the times that are closest to ``time_ns`` (k,)."""
-    if not len(sorted_ns):
-        raise UsageError("no pose is usable")
-    after = np.searchsorted(sorted_ns, time_ns).clip(1, max(len(sorted_ns) - 1, 1)).clip(max=len(sorted_ns) - 1)
-    before = np.maximum(after - 1, 0)
-    return np.where(np.abs(sorted_ns[before] - time_ns) <= np.abs(sorted_ns[after] - time_ns), before, after)
 
 
 def _scans(table: WalkTable) -> pl.Series:
