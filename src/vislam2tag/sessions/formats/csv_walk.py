@@ -12,6 +12,7 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError, SurveyError, UsageError
 from vislam2tag.common.files.given_files import plain
+from vislam2tag.common.files.toml_file import read_toml
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.core.transforms import rotated
@@ -25,9 +26,8 @@ from vislam2tag.intake.time_units import (
 )
 from vislam2tag.sessions.apps import in_acs
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of
-from vislam2tag.sessions.foreign_tables import (
-    sensors_in,
-)
+from vislam2tag.sessions.foreign_tables import sensors_in
+from vislam2tag.sessions.formats.published import FILE_NAMES
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.pose_axes import plausible_axes
 from vislam2tag.sessions.readings import (
@@ -45,10 +45,20 @@ from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
     SENSOR_TYPES,
     SENSORS,
+    TableColumns,
+    WalkColumns,
+    fits,
     kind_of,
     named_as_poses,
 )
-from vislam2tag.sessions.walk_tables import WalkTable, WalkTables, is_wide, nearest_columns_file, tables_in
+from vislam2tag.sessions.walk_tables import (
+    WalkTable,
+    WalkTables,
+    is_wide,
+    nearest_columns_file,
+    partly_poses,
+    tables_in,
+)
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
 
@@ -62,23 +72,41 @@ _VALUES = ("v1", "v2", "v3")
 _BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
 
 
-def _has_poses(path: Path) -> bool:
-    """Whether the first lines of a file name the columns of poses, or its name says so and they name others."""
+def _headers(path: Path) -> list[list[str]]:
+    """The first lines of a file, each split into the columns that it would name."""
     try:
         with plain(path).open("rb") as file:
             text = file.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
     except OSError:  # reading it reports that
-        return False
+        return []
+    lines = []
     for line in text.split("\n")[:20]:
         mark = max((";", "\t", "|", ","), key=line.count)
         fields = line.lstrip("# ").split(mark if mark in line else None)
-        columns = [name.strip(' "\r') for name in fields]
-        if kind_of(path.name, columns) == "poses":
+        lines.append([name.strip(' "\r') for name in fields])
+    return lines
+
+
+def _has_poses(path: Path, given: TableColumns) -> bool:
+    """Whether a file's columns are those of poses, also as ``given``, or its name says so and it names others."""
+    if given.file == path.name:
+        return True
+    for columns in _headers(path):
+        if kind_of(path.name, columns) == "poses" or fits(columns, "poses", given):
             return True
         letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
         if named_as_poses(path.name) and len(columns) >= 4 and len(letters) > len(columns) / 2:
             return True
     return False
+
+
+def _given_poses(folder: Path) -> TableColumns:
+    """The section for poses of the nearest ``columns.toml``; empty if there is none, or reading it reports an error."""
+    path = nearest_columns_file(folder)
+    try:
+        return TableColumns() if path is None else read_toml(path, WalkColumns).poses
+    except (SurveyError, FileNotFoundError):
+        return TableColumns()
 
 
 class CsvWalk:
@@ -87,8 +115,17 @@ class CsvWalk:
     name = NAME
 
     def recognises(self, folder: Path) -> bool:
-        """One of the tables has the columns of poses, and no other format but the published one knows the folder."""
-        if not folder.is_dir() or not any(map(_has_poses, tables_in(folder))):
+        """Whether a table has the columns of poses, and no other format but the published one knows the folder.
+
+        Without published poses a part of the columns is enough, so that reading reports what is missing.
+        """
+        if not folder.is_dir():
+            return False
+        tables, given = tables_in(folder), _given_poses(folder)
+        published = set(FILE_NAMES["poses"]) & {path.name for path in tables}
+        if not any(_has_poses(path, given) for path in tables) and (
+            published or not any(partly_poses(path.name, line) for path in tables for line in _headers(path))
+        ):
             return False
         others = (known for name, known in FORMATS.all().items() if name not in (NAME, "published"))
         return not any(known.recognises(folder) for known in others)
