@@ -122,6 +122,8 @@ def _print_process(summary: api.Summary, given: ProcessOptions) -> None:
     for fault in summary.faults:
         say(f"wrong: {fault}")
     say(f"diagnosis of the survey: {summary.judgement.sentence}")
+    for sentence in _unlabelled(summary):
+        say(sentence)
     next_step(_after_process(summary, together=given.together), survey=given.survey, out=given.out)
 
 
@@ -220,13 +222,27 @@ _LOST = ("masked_addresses", "lost_sign", "levels_not_dbm")
 
 
 def _lost_readings(summary: api.Summary) -> list[str]:
-    """Why most radio readings cannot be used, sentences; empty if they can."""
+    """Why files, positions or most radio readings cannot be used, sentences; empty if they can."""
     from vislam2tag.common.findings import described
 
     rows = sum(sum(summary.readings.get(table, {}).values()) for table in ("wifi", "ble"))
     counts = {kind: summary.findings.get(kind, 0) for kind in _LOST}
     lost = {kind: count for kind, count in counts.items() if 2 * count > rows}
-    return [f"warning: {kind} {count}: {' '.join(described(kind))}" for kind, count in lost.items()]
+    kinds = [f"warning: {kind} {count}: {' '.join(described(kind))}" for kind, count in lost.items()]
+    return [*kinds, *(f"warning: {message}" for message in summary.lost)]
+
+
+def _unlabelled(summary: api.Summary) -> list[str]:
+    """Which kinds of rows have no label at all, sentences; a diagnosis of the landmarks does not show that."""
+    from vislam2tag.core.status import labelled_share
+
+    kinds = {"frame": summary.frames, "row of wifi": summary.readings.get("wifi", {})}
+    return [
+        f"warning: no {kind} is labelled, of {sum(counts.values())}: "
+        + ("see the warnings above" if summary.lost else "see the findings in the report")
+        for kind, counts in kinds.items()
+        if labelled_share(counts) == 0
+    ]
 
 
 def share_text(counts: dict[str, int]) -> str:
@@ -316,6 +332,8 @@ def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
         say(f"floor {bad.floor}: landmark {bad.landmark}{where} is {bad.size_m:.2f} m from its stated position")
     for fault in made.faults:
         say(f"wrong: {fault}")
+    for sentence in _unlabelled(made.labels):
+        say(sentence)
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")

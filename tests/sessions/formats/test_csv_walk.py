@@ -666,3 +666,80 @@ def test_scans_and_sensors_alone_are_not_a_walk(published: Path, tmp_path: Path,
     rewritten(published, tmp_path / "survey", layout)
     with pytest.raises(SurveyError, match="not a survey"):
         open_survey(tmp_path / "survey")
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1000.0), ("cm", 100.0)])
+def test_the_unit_of_lengths_is_that_of_a_walking_person(
+    published: Path, tmp_path: Path, unit: str, factor: float
+) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables)
+        given["camera.csv"][["tx", "ty", "tz"]] *= factor
+        given["markers.csv"][["cam_x", "cam_y", "cam_z"]] *= factor
+        own_names(given, folder)
+
+    with pytest.raises(SessionError, match=rf'in metres, but in {unit}; .*: length_unit = "{unit}" in \[poses\]'):
+        read_with(published, tmp_path / "survey", layout)
+    columns = f'[poses]\nlength_unit = "{unit}"\n[sightings]\nlength_unit = "{unit}"\n'
+    ours, theirs = read_with(published, tmp_path / "named", layout, columns), session_of(published)
+    np.testing.assert_allclose(ours.camera.position_acs, theirs.camera.position_acs, atol=1e-3)
+    np.testing.assert_allclose(ours.landmarks.position_acs, theirs.landmarks.position_acs, atol=1e-3)
+
+
+def test_both_units_are_named_if_a_slow_walk_may_have_either(published: Path, tmp_path: Path) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables)
+        given["camera.csv"][["tx", "ty", "tz"]] *= 1000.0
+        given["camera.csv"]["time_ms"] *= 4.0
+        own_names({"camera.csv": given["camera.csv"]}, folder)
+
+    expected = r'but in mm or cm; .*: length_unit = "mm" or length_unit = "cm" in \[poses\]'
+    with pytest.raises(SessionError, match=expected):
+        read_with(published, tmp_path / "survey", layout)
+
+
+@pytest.mark.parametrize("flip", [False, True])
+@pytest.mark.parametrize("without", [(), ("markers.csv",)])
+def test_rotations_from_world_to_camera_are_refused(
+    published: Path, tmp_path: Path, flip: bool, without: tuple[str, ...]
+) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables, flip)
+        given["camera.csv"][POSE[3:6]] *= -1.0
+        own_names({name: table for name, table in given.items() if name not in without}, folder)
+
+    expected = r"camera\.csv: the rotations seem to map the world to the camera.*change the signs of qx, qy and qz"
+    with pytest.raises(SessionError, match=expected):
+        read_with(published, tmp_path / "survey", layout)
+    named = '[poses]\ncamera = "{}"\nframe = "y-up"\n'.format("y-down" if flip else "y-up")
+    if without:
+        assert len(read_with(published, tmp_path / "named", layout, named).camera.time_ns)
+    else:
+        with pytest.raises(SessionError, match=r"Only then do the sightings of a landmark in markers\.csv fall"):
+            read_with(published, tmp_path / "named", layout, named)
+
+
+@pytest.mark.parametrize("severity", ["none", "default", "3.0"])
+@pytest.mark.parametrize("flip", [False, True])
+def test_right_rotations_are_not_refused(tmp_path: Path, severity: str, flip: bool) -> None:
+    source = make_survey(tmp_path / "source", devices=("LG",), seconds=60, severity=severity, seed=7)
+
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables, flip)
+        first = given["markers.csv"].groupby("marker_id").head(20)
+        own_names({**given, "markers.csv": first}, folder)
+
+    for name, chosen in (("all", lambda t, f: own_names(in_camera_axes(t, flip), f)), ("first", layout)):
+        session = read_with(source, tmp_path / name, chosen)
+        assert f'camera = "{"y-down" if flip else "y-up"}"' in session.columns
+
+
+def test_offsets_in_other_axes_than_those_of_the_camera(published: Path, tmp_path: Path) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given, opencv = in_camera_axes(tables), in_camera_axes(tables, flip=True)
+        own_names({**given, "markers.csv": opencv["markers.csv"]}, folder)
+
+    ours, theirs = read_with(published, tmp_path / "survey", layout), session_of(published)
+    np.testing.assert_allclose(ours.landmarks.position_acs, theirs.landmarks.position_acs, atol=1e-3)
+    (guess,) = (each for each in found(ours, "columns_guessed") if each.file == "markers.csv")
+    assert 'camera = "y-down"' in guess.message
