@@ -158,8 +158,8 @@ class _Totals:
         for table, counts in result.readings.items():
             self.readings[table].update(counts)
         self.findings.update(findings_by_kind(result.findings))
-        lost = [f"{result.slug}: {each.file}: {each.message}" for each in result.findings if each.kind in _LOST_BY]
-        self.lost = [*self.lost, *lost][:MOST_FINDINGS]
+        lost = (each for each in result.findings if each.kind in _LOST_BY and each.severity is not Severity.INFO)
+        self.lost = [*self.lost, *(f"{result.slug}: {each.file}: {each.message}" for each in lost)][:MOST_FINDINGS]
         self.events.update(event.kind.value for event in result.events)
         self.contradictions.add(result)
         if result.sigma is not None:
