@@ -177,10 +177,10 @@ def test_readings_on_another_clock_are_the_last_word(survey: Path, tmp_path: Pat
     spoilt = shutil.copytree(survey, tmp_path / "survey")
     rows = 0
     for path in spoilt.glob("floor_*/*/*/wifi.csv"):
-        lines = [line.split(";") for line in path.read_text().splitlines()]
-        shifted = [";".join([scan, f"{int(time) + 10**13}", *rest]) for scan, time, *rest in lines]
+        cells = [line.split(";") for line in path.read_text().splitlines()]
+        shifted = [";".join([scan, f"{int(time) + 10**13}", *rest]) for scan, time, *rest in cells]
         path.write_text("\n".join(shifted) + "\n")
-        rows += len(lines)
+        rows += len(cells)
     done = vislam2tag(command, spoilt, "--out", tmp_path / "out", "--jobs", "1")
     assert done.returncode == 0  # the frames are labelled
     lines = done.stdout.splitlines()

@@ -586,7 +586,7 @@ def test_the_example_of_the_how_to(published: Path, tmp_path: Path) -> None:
         given = in_camera_axes(tables, flip=True)
         for name, table in given.items():
             (header,) = re.findall(rf"^ *{re.escape(name)} +(\S+)$", HOW_TO, re.MULTILINE)
-            assert sorted(header.split(",")) == sorted(table)
+            assert sorted(header.split(",")) == sorted(map(str, table))
         renamed = given["camera.csv"].rename(columns={"tx": "east_of_start"})
         own_names({**given, "camera.csv": renamed}, folder)
         (folder.parents[2] / "columns.toml").write_text(example[1], encoding="utf-8")
