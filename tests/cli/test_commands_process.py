@@ -172,6 +172,24 @@ def test_what_makes_readings_useless_and_unknown_landmarks_are_told(survey: Path
     assert "next: vislam2tag inspect" in done.stdout
 
 
+@pytest.mark.parametrize("command", ["process", "run"])
+def test_readings_on_another_clock_are_the_last_word(survey: Path, tmp_path: Path, command: str) -> None:
+    spoilt = shutil.copytree(survey, tmp_path / "survey")
+    rows = 0
+    for path in spoilt.glob("floor_*/*/*/wifi.csv"):
+        cells = [line.split(";") for line in path.read_text().splitlines()]
+        shifted = [";".join([scan, f"{int(time) + 10**13}", *rest]) for scan, time, *rest in cells]
+        path.write_text("\n".join(shifted) + "\n")
+        rows += len(cells)
+    done = vislam2tag(command, spoilt, "--out", tmp_path / "out", "--jobs", "1")
+    assert done.returncode == 0  # the frames are labelled
+    lines = done.stdout.splitlines()
+    assert [line for line in lines if "wifi.csv: the times begin" in line and "another clock" in line]
+    last = lines.index(f"warning: none of {rows} rows of wifi is labelled: see the warnings above")
+    assert not any("nothing is wrong" in line for line in lines[last:])
+    assert lines[-1].startswith("next: vislam2tag inspect")
+
+
 def test_places_that_are_not_ours_are_2_and_untouched(survey: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("mine")
     (tmp_path / "thesis").mkdir()

@@ -244,9 +244,7 @@ def locate_command(given: LocateOptions) -> None:
     if out is not None and out.resolve() in (given.model.resolve(), given.scans.resolve()):
         raise UsageError(f"--out {out}: would overwrite an input; choose another name")
     if out is not None and out.suffix.lower() in (".xlsx", ".parquet", ".pq"):
-        raise UsageError(
-            f"--out {out}: positions are written as CSV or JSON lines; use a name such as positions.csv"
-        )
+        raise UsageError(f"--out {out}: positions are written as CSV or JSON lines; use a name such as positions.csv")
     if given.json and out is None:
         raise UsageError("--json prints a summary, so also pass --out for the positions")
     as_json = (given.scans if out is None else out).suffix.lower() in JSON_SUFFIXES

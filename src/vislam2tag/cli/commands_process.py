@@ -122,6 +122,8 @@ def _print_process(summary: api.Summary, given: ProcessOptions) -> None:
     for fault in summary.faults:
         say(f"wrong: {fault}")
     say(f"diagnosis of the survey: {summary.judgement.sentence}")
+    for sentence in _unlabelled(summary):
+        say(sentence)
     next_step(_after_process(summary, together=given.together), survey=given.survey, out=given.out)
 
 
@@ -132,7 +134,7 @@ def _after_process(summary: api.Summary, *, together: bool | None) -> str:
     found = {
         "process, ask": "one_place_helps" in summary.site_findings,
         "process, unsure": not together and joining_helps(summary) and not summary.faults and not summary.failed,
-        "process, failed": summary.problem is not None or bool(_lost_readings(summary)),
+        "process, failed": summary.problem is not None or bool(_lost_readings(summary) or _unlabelled(summary)),
         "process, faults": bool(summary.faults),
     }
     return next((name for name, so in found.items() if so), "process")
@@ -203,7 +205,7 @@ def _print_summary(summary: api.Summary, out: Path) -> None:
     for name, counts in (("findings about the site", summary.site_findings), ("findings", summary.findings)):
         if counts:
             say(f"{name}: " + ", ".join(f"{kind} {count}" for kind, count in counts.items()))
-    for sentence in _lost_readings(summary):
+    for sentence in (*_lost_readings(summary), *(f"warning: {message}" for message in summary.lost)):
         say(sentence)
     if accuracy := accuracy_sentence(summary):
         say(accuracy)
@@ -227,6 +229,24 @@ def _lost_readings(summary: api.Summary) -> list[str]:
     counts = {kind: summary.findings.get(kind, 0) for kind in _LOST}
     lost = {kind: count for kind, count in counts.items() if 2 * count > rows}
     return [f"warning: {kind} {count}: {' '.join(described(kind))}" for kind, count in lost.items()]
+
+
+def _unlabelled(summary: api.Summary) -> list[str]:
+    """Which kinds of rows have no label at all, sentences; a diagnosis of the landmarks does not show that."""
+    from vislam2tag.core.status import labelled_share
+
+    wifi = summary.readings.get("wifi", {})
+    see = "see the warnings above" if summary.lost else "see the findings in the report"
+    kinds = {"frames": summary.frames, "rows of wifi": wifi}
+    unlabelled = [
+        f"warning: none of {sum(counts.values())} {kind} is labelled: {see}"
+        for kind, counts in kinds.items()
+        if labelled_share(counts) == 0
+    ]
+    return [
+        *unlabelled,
+        *([f"warning: no row of wifi was read: {see}"] if summary.lost and not sum(wifi.values()) else []),
+    ]
 
 
 def share_text(counts: dict[str, int]) -> str:
@@ -307,7 +327,7 @@ def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
 
     labelled = share_text(made.labels.frames)
     say(f"{counted_sessions(made.labels)}; frames labelled: {labelled}")
-    for sentence in _lost_readings(made.labels):
+    for sentence in (*_lost_readings(made.labels), *(f"warning: {message}" for message in made.labels.lost)):
         say(sentence)
     for floor in made.check.floors:
         say(f"floor {floor.number}: expected mean error {floor.expected_m:.2f} m")
@@ -316,6 +336,8 @@ def _print_run(made: api.SurveyRun, survey: Path, out: Path) -> None:
         say(f"floor {bad.floor}: landmark {bad.landmark}{where} is {bad.size_m:.2f} m from its stated position")
     for fault in made.faults:
         say(f"wrong: {fault}")
+    for sentence in _unlabelled(made.labels):
+        say(sentence)
     if made.kept:
         say(f"unchanged and kept: {', '.join(made.kept)}")
     say(f"page: {out / 'index.html'}")
@@ -326,7 +348,8 @@ def _after_run(made: api.SurveyRun) -> str:
     """Name of the next step."""
     if made.faults:
         return "run, faults" if made.correctable else "run, by hand"
-    return "process, failed" if made.labels.problem is not None or _lost_readings(made.labels) else "run"
+    lost = _lost_readings(made.labels) or _unlabelled(made.labels)
+    return "process, failed" if made.labels.problem is not None or lost else "run"
 
 
 @command

@@ -365,6 +365,8 @@ class Summary(Result):
     errors: ErrorRecord | None = None
     faults: list[str] = []
     """What is wrong with the survey, by the walks themselves (`vislam2tag diagnose`)."""
+    lost: list[str] = []
+    """Sessions, files and messages of the first findings that readings or positions are lost by."""
     judgement: Judgement = NOT_RUN
     """Whether the walks could show such faults: an empty list of ``faults`` is not an answer."""
     per_floor: dict[str, dict[str, float]]

@@ -190,8 +190,37 @@ def resolved(
         free = _free(columns, found)
         suggested = free[0] if len(free) == len(missing) == 1 else "NAME"
         names = {role: roles[role][0] for role in missing}
+        if kind == "poses" and set(_TURN) & set(missing) and (advice := _rotation_advice(columns)):
+            raise UsageError(f"{file}: found the columns {shown(columns)}; {advice}")
         raise UsageError(f"{file}: {missing_column(columns, names, kind, suggested)}")
     return found
+
+
+def rotation_columns(columns: Sequence[str]) -> list[str]:
+    """The columns of quaternions, numbered quaternions or angles, of which there are most."""
+    quaternion = [column.name for role in _TURN for column in matching_columns(columns, role)]
+    numbered = [name for name in columns if _NUMBERED.fullmatch(plain_name(name))]
+    angles = [name for name in columns if _ANGLE.fullmatch(plain_name(name))]
+    return max(quaternion, numbered, angles, key=len)
+
+
+def _rotation_advice(columns: Sequence[str]) -> str:
+    """What to do if the rotations are numbered quaternions or angles; empty if they are not."""
+    names = rotation_columns(columns)
+    if len(names) >= 3 and all(_ANGLE.fullmatch(plain_name(name)) for name in names):
+        return (
+            f"{', '.join(names)} are angles, but quaternions are expected. Convert them, for example with "
+            'scipy.spatial.transform.Rotation.from_euler("xyz", angles, degrees=True).as_quat(), in the order of axes '
+            "of your tracker, and write the result as qx, qy, qz and qw"
+        )
+    if len(names) == len(_TURN) and all(_NUMBERED.fullmatch(plain_name(name)) for name in names):
+        w, x, y, z = sorted(names)
+        return (
+            f"the order of {', '.join(sorted(names))} is not known. If {w} is the real part, write to {COLUMNS_FILE}: "
+            f'[poses] qw = "{w}", qx = "{x}", qy = "{y}", qz = "{z}"; if {z} is, qx = "{w}", qy = "{x}", qz = "{y}", '
+            f'qw = "{z}"'
+        )
+    return ""
 
 
 def _ambiguous(matched: Sequence[Column], kind: str, role: str) -> str:
@@ -249,7 +278,12 @@ def _missing(columns: Sequence[str], kind: str) -> list[str]:
 
 def named_as_poses(file: str) -> bool:
     """Whether a file's name is that of a table of poses."""
-    return bool(_POSE_FILE.search(file)) and not _SIGHTING_FILE.search(file)
+    return bool(_POSE_FILE.search(file)) and not is_of_sightings(file)
+
+
+def is_of_sightings(file: str) -> bool:
+    """Whether a file's name is that of a table of sightings."""
+    return bool(_SIGHTING_FILE.search(file))
 
 
 def sensor_of_file(file: str, columns: Sequence[str]) -> str | None:
@@ -262,6 +296,8 @@ def sensor_of_file(file: str, columns: Sequence[str]) -> str | None:
     return kind if kind is not None and _is(columns, kind) else None
 
 
+_ANGLE = re.compile(r"(?:roll|pitch|yaw|heading|azimuth)(?:deg|rad|degrees|radians|angle)?")
+_NUMBERED = re.compile(r"q(?:uat|uaternion)?[0-4]")
 _POSE_FILE = re.compile(r"pose|traj|odom|slam", re.IGNORECASE)
 _SIGHTING_FILE = re.compile(r"sight|landmark|marker|tag|initpose|detection|observ", re.IGNORECASE)
 _BLE_FILE = re.compile(r"ble|blue|beacon", re.IGNORECASE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -43,9 +44,11 @@ from vislam2tag.sessions.walk_columns import (
     TableColumns,
     WalkColumns,
     fits,
+    is_of_sightings,
     kind_of,
     named_as_poses,
     resolved,
+    rotation_columns,
     sensor_of_file,
     unknown_kind,
 )
@@ -58,6 +61,7 @@ _SAMPLE, _SHOWN = 50, 5
 _RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
 """Words for technologies, by the kind of table that has their readings."""
 _OF_BOTH_RADIOS = ("time", "time_unit", "zone", "address", "level", "technology")
+_CAMERA_FILE = re.compile(r"cam|pose|traj|odom|slam", re.IGNORECASE)
 _DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
 
 
@@ -137,6 +141,7 @@ class WalkTables:
         self.found: dict[tuple[str, str], TableColumns] = {}
         self.by_kind: _Found = {}
         self.unread: list[str] = []
+        self.unknown: list[tuple[str, pl.DataFrame]] = []
         self._sort_tables()
         self.local = self._all_are_local_dates()
 
@@ -174,6 +179,7 @@ class WalkTables:
             return
         own = self._kind(path.name, rows.head(_SAMPLE))
         if own is None:
+            self.unknown.append((path.name, rows.select(table.lines, pl.all().exclude("row"))))
             message = f"the kind of this table was not recognised; {unknown_kind(rows.columns)}; or remove the file"
         else:
             entry = f"[{own}] file = {toml_value(self.columns.of(own).file)}"
@@ -203,6 +209,8 @@ class WalkTables:
         files = self.by_kind.get(kind, [])
         if not files and self.unread:
             raise UsageError(self.unread[0])
+        if not files and kind == "poses" and self.columns.poses.file is None:
+            files = [(file, rows) for file, rows in self.unknown if partly_poses(file, rows.columns[1:])][:1]
         if not files:
             there = ", ".join(path.name for path in tables_in(self.folder))
             entry = self.columns.of(kind).file
@@ -359,6 +367,19 @@ class WalkTables:
 def is_wide(columns: Sequence[str]) -> bool:
     """Whether a table has columns for the axes of a sensor, such as ``acc_x``."""
     return any(sensor_columns(columns, sensor)[0] for sensor in SENSOR_COLUMNS)
+
+
+def partly_poses(file: str, columns: Sequence[str]) -> bool:
+    """Whether a table of no other kind has two columns of positions or rotations, and a time or a camera's name.
+
+    It may be a table of poses with columns that are not recognised.
+    """
+    if kind_of(file, columns) not in (None, "poses") or is_wide(columns) or sensor_of_file(file, columns):
+        return False
+    if is_of_sightings(file):
+        return False
+    parts = max(sum(bool(matching_columns(columns, f"pose_{axis}")) for axis in "xyz"), len(rotation_columns(columns)))
+    return parts >= 2 and (bool(matching_columns(columns, "time")) or bool(_CAMERA_FILE.search(file)))
 
 
 def _has_beacons(rows: pl.DataFrame) -> bool:

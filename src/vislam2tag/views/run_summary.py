@@ -99,6 +99,7 @@ def summarise(
         findings=_sorted(totals.findings),
         site_findings=findings_by_kind(site_findings),
         failures=totals.failures,
+        lost=totals.lost,
         events=_sorted(totals.events),
         contradictions=totals.contradictions.all(),
         sigma=_sigma(totals),
@@ -120,6 +121,10 @@ def _floats() -> dict[str, float]:
     return defaultdict(float)
 
 
+_LOST_BY = frozenset({"clock_mismatch", "unread_file", "implausible_poses", "pose_convention"})
+"""Findings by which readings or positions may be lost while all else is sound."""
+
+
 @dataclass
 class _Totals:
     """Running sums over the sessions added so far."""
@@ -133,6 +138,7 @@ class _Totals:
     readings: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
     findings: Counter[str] = field(default_factory=Counter)
     failures: dict[str, str] = field(default_factory=dict)
+    lost: list[str] = field(default_factory=list)
     events: Counter[str] = field(default_factory=Counter)
     contradictions: LandmarkTally = field(default_factory=LandmarkTally)
     sigma: Counter[int] = field(default_factory=Counter)
@@ -152,6 +158,8 @@ class _Totals:
         for table, counts in result.readings.items():
             self.readings[table].update(counts)
         self.findings.update(findings_by_kind(result.findings))
+        lost = (each for each in result.findings if each.kind in _LOST_BY and each.severity is not Severity.INFO)
+        self.lost = [*self.lost, *(f"{result.slug}: {each.file}: {each.message}" for each in lost)][:MOST_FINDINGS]
         self.events.update(event.kind.value for event in result.events)
         self.contradictions.add(result)
         if result.sigma is not None:
@@ -204,7 +212,7 @@ def _rounded(sums: Mapping[str, float]) -> dict[str, float]:
 
 
 MOST_FINDINGS = 5
-"""Maximum number of site findings at the top of the page; all follow further down."""
+"""Maximum number of findings at the top of the page, or printed; all follow further down."""
 STEP_M = 1e-4
 """Resolution of the quantile of expected errors."""
 ADVICE: Mapping[str, str] = MappingProxyType(

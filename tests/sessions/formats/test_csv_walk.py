@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.surveys import make_survey
-from vislam2tag.common.errors import SessionError
+from vislam2tag.common.errors import SessionError, SurveyError
 from vislam2tag.common.findings import Finding
 from vislam2tag.sessions.model import Session
 from vislam2tag.sessions.prepared import SessionTask, prepared_session
@@ -553,3 +554,192 @@ def test_sightings_without_an_id_belong_to_no_landmark(published: Path, tmp_path
         own_names({**given, "initPoses.csv": given["initPoses.csv"].assign(marker="")}, folder)
 
     assert read_with(published, tmp_path / "survey", layout).landmarks.ids == ("",)
+
+
+HOW_TO = (Path(__file__).resolve().parents[3] / "docs" / "how-to" / "csv-walk.md").read_text(encoding="utf-8")
+
+
+def in_camera_axes(tables: Tables, flip: bool = False) -> Tables:
+    """Tables with the names of the how-to; with ``flip`` the camera's y axis points down and its z axis forward."""
+    flipped = Rotation.from_euler("x", 180 if flip else 0, degrees=True)
+    poses, seen, wifi = tables["poses.csv"], tables["initPoses.csv"], tables["wifi.csv"]
+    turn = Rotation.from_quat(poses[POSE[3:]].to_numpy()) * flipped
+    values = np.column_stack((poses["t"] / 1e6, poses[POSE[:3]], turn.as_quat()))
+    at = np.searchsorted(poses["t"], seen["t"])
+    offset = turn[at].inv().apply(seen[POSE[:3]].to_numpy() - poses[POSE[:3]].to_numpy()[at])
+    sightings = pd.DataFrame(offset, columns=["cam_x", "cam_y", "cam_z"])
+    names = ["time_ms", "tx", "ty", "tz", *POSE[3:]]
+    return {
+        "camera.csv": pd.DataFrame(values, columns=names),
+        "markers.csv": sightings.assign(time_ms=seen["t"] / 1e6, marker_id=seen["marker"]),
+        "wifi.csv": pd.DataFrame(
+            {"time_ms": wifi["t"] / 1e6, "bssid": wifi["mac"], "ssid": wifi["ssid"], "rssi": wifi["rssi"]}
+        ),
+    }
+
+
+def test_the_example_of_the_how_to(published: Path, tmp_path: Path) -> None:
+    example = re.search(r"```toml\n(.*?)```", HOW_TO, re.DOTALL)
+    assert example is not None
+
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables, flip=True)
+        for name, table in given.items():
+            (header,) = re.findall(rf"^ *{re.escape(name)} +(\S+)$", HOW_TO, re.MULTILINE)
+            assert sorted(header.split(",")) == sorted(map(str, table))
+        renamed = given["camera.csv"].rename(columns={"tx": "east_of_start"})
+        own_names({**given, "camera.csv": renamed}, folder)
+        (folder.parents[2] / "columns.toml").write_text(example[1], encoding="utf-8")
+
+    rewritten(published, tmp_path / "survey", layout)
+    assert [ref.format for ref in open_survey(tmp_path / "survey").sessions] == ["csv-walk"]
+    ours, theirs = session_of(tmp_path / "survey"), session_of(published)
+    np.testing.assert_allclose(ours.camera.position_acs, theirs.camera.position_acs, atol=1e-3)
+    np.testing.assert_allclose(ours.landmarks.position_acs, theirs.landmarks.position_acs, atol=1e-3)
+    assert len(ours.tables["wifi"]) == len(theirs.tables["wifi"])
+
+
+@pytest.mark.parametrize(
+    ("renamed", "columns", "wifi"),
+    [
+        ({"tx": "east"}, '[poses]\nfile = "camera.csv"\nx = "east"\n', "wifi.csv"),
+        (dict(zip(POSE[3:], ["i", "j", "k", "r"], strict=True)), None, "wifi.csv"),
+        ({"tx": "east"}, '[poses]\nx = "east"\n', "scans.csv"),
+        ({"time_ms": "frame"}, '[poses]\ntime = "frame"\ntime_unit = "ms"\n', "wifi.csv"),
+    ],
+)
+def test_named_poses_make_a_walk(
+    published: Path, tmp_path: Path, renamed: dict[str, str], columns: str | None, wifi: str
+) -> None:
+    names = {name: renamed.get(name, name) for name in ("time_ms", "tx", "ty", "tz", *POSE[3:])}
+    roles = ("time", "x", "y", "z", "qx", "qy", "qz", "qw")
+    every = "\n".join(("[poses]", *(f'{role} = "{name}"' for role, name in zip(roles, names.values(), strict=True))))
+
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables)
+        given["camera.csv"] = given["camera.csv"].rename(columns=renamed)
+        given[wifi] = given.pop("wifi.csv")
+        own_names(given, folder)
+
+    session = read_with(published, tmp_path / "survey", layout, columns or every)
+    assert (len(session.tables["wifi"]) > 0, len(session.landmarks.ids) > 0) == (True, True)
+    np.testing.assert_allclose(session.camera.position_acs, session_of(published).camera.position_acs, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (lambda poses: poses.rename(columns={"tx": "abscissa"}), r'expected for x one of x.*\[poses\] x = "abscissa"'),
+        (lambda poses: poses.drop(columns="qw"), r"found the columns time_ms, tx.*expected for qw one of qw"),
+        (lambda poses: poses.drop(columns="tz"), r"expected for z one of z, pz"),
+        (lambda poses: poses.rename(columns={"time_ms": "frame_no"}), r'expected for time one.*time = "frame_no"'),
+        (
+            lambda poses: poses.drop(columns=POSE[3:]).assign(roll=0.0, pitch=0.0, yaw=0.0),
+            r"roll, pitch, yaw are angles, but quaternions are expected.*Rotation\.from_euler",
+        ),
+        (
+            lambda poses: poses.rename(columns=dict(zip(POSE[3:], ["q1", "q2", "q3", "q0"], strict=True))),
+            r'the order of q0, q1, q2, q3 is not known.*\[poses\] qw = "q0", qx = "q1", qy = "q2", qz = "q3"',
+        ),
+    ],
+)
+@pytest.mark.parametrize("wifi", ["wifi.csv", "scans.csv"])
+def test_poses_in_part_are_asked_about(
+    published: Path, tmp_path: Path, changed: Callable[[pd.DataFrame], pd.DataFrame], message: str, wifi: str
+) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables)
+        own_names({"camera.csv": changed(given["camera.csv"]), "markers.csv": given["markers.csv"]}, folder)
+        given["wifi.csv"].to_csv(folder / wifi, index=False)
+
+    with pytest.raises(SessionError, match=rf"camera\.csv: .*{message}"):
+        read_with(published, tmp_path / "survey", layout)
+
+
+def test_scans_and_sensors_alone_are_not_a_walk(published: Path, tmp_path: Path, tables: Tables) -> None:
+    def layout(given: Tables, folder: Path) -> None:
+        wifi = given["wifi.csv"].rename(columns={"t": "time", "mac": "bssid"})
+        wifi.assign(x=1.0, y=2.0).to_csv(folder / "scans.csv", index=False)
+        acc = of_sensor(tables, "ACC").set_axis(["time", "x", "y", "z"], axis=1)
+        acc.to_csv(folder / "Accelerometer.csv", index=False)
+
+    rewritten(published, tmp_path / "survey", layout)
+    with pytest.raises(SurveyError, match="not a survey"):
+        open_survey(tmp_path / "survey")
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("mm", 1000.0), ("cm", 100.0)])
+def test_the_unit_of_lengths_is_that_of_a_walking_person(
+    published: Path, tmp_path: Path, unit: str, factor: float
+) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables)
+        given["camera.csv"][["tx", "ty", "tz"]] *= factor
+        given["markers.csv"][["cam_x", "cam_y", "cam_z"]] *= factor
+        own_names(given, folder)
+
+    with pytest.raises(SessionError, match=rf'in metres, but in {unit}; .*: length_unit = "{unit}" in \[poses\]'):
+        read_with(published, tmp_path / "survey", layout)
+    columns = f'[poses]\nlength_unit = "{unit}"\n[sightings]\nlength_unit = "{unit}"\n'
+    ours, theirs = read_with(published, tmp_path / "named", layout, columns), session_of(published)
+    np.testing.assert_allclose(ours.camera.position_acs, theirs.camera.position_acs, atol=1e-3)
+    np.testing.assert_allclose(ours.landmarks.position_acs, theirs.landmarks.position_acs, atol=1e-3)
+
+
+def test_both_units_are_named_if_a_slow_walk_may_have_either(published: Path, tmp_path: Path) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables)
+        given["camera.csv"][["tx", "ty", "tz"]] *= 1000.0
+        given["camera.csv"]["time_ms"] *= 4.0
+        own_names({"camera.csv": given["camera.csv"]}, folder)
+
+    expected = r'but in mm or cm; .*: length_unit = "mm" or length_unit = "cm" in \[poses\]'
+    with pytest.raises(SessionError, match=expected):
+        read_with(published, tmp_path / "survey", layout)
+
+
+@pytest.mark.parametrize("flip", [False, True])
+@pytest.mark.parametrize("without", [(), ("markers.csv",)])
+def test_rotations_from_world_to_camera_are_refused(
+    published: Path, tmp_path: Path, flip: bool, without: tuple[str, ...]
+) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables, flip)
+        given["camera.csv"][POSE[3:6]] *= -1.0
+        own_names({name: table for name, table in given.items() if name not in without}, folder)
+
+    expected = r"camera\.csv: the rotations seem to map the world to the camera.*change the signs of qx, qy and qz"
+    with pytest.raises(SessionError, match=expected):
+        read_with(published, tmp_path / "survey", layout)
+    named = '[poses]\ncamera = "{}"\nframe = "y-up"\n'.format("y-down" if flip else "y-up")
+    if without:
+        assert len(read_with(published, tmp_path / "named", layout, named).camera.time_ns)
+    else:
+        with pytest.raises(SessionError, match=r"Only then do the sightings of a landmark in markers\.csv fall"):
+            read_with(published, tmp_path / "named", layout, named)
+
+
+@pytest.mark.parametrize("severity", ["none", "default", "3.0"])
+@pytest.mark.parametrize("flip", [False, True])
+def test_right_rotations_are_not_refused(tmp_path: Path, severity: str, flip: bool) -> None:
+    source = make_survey(tmp_path / "source", devices=("LG",), seconds=60, severity=severity, seed=7)
+
+    def layout(tables: Tables, folder: Path) -> None:
+        given = in_camera_axes(tables, flip)
+        first = given["markers.csv"].groupby("marker_id").head(20)
+        own_names({**given, "markers.csv": first}, folder)
+
+    for name, chosen in (("all", lambda t, f: own_names(in_camera_axes(t, flip), f)), ("first", layout)):
+        session = read_with(source, tmp_path / name, chosen)
+        assert f'camera = "{"y-down" if flip else "y-up"}"' in session.columns
+
+
+def test_offsets_in_other_axes_than_those_of_the_camera(published: Path, tmp_path: Path) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        given, opencv = in_camera_axes(tables), in_camera_axes(tables, flip=True)
+        own_names({**given, "markers.csv": opencv["markers.csv"]}, folder)
+
+    ours, theirs = read_with(published, tmp_path / "survey", layout), session_of(published)
+    np.testing.assert_allclose(ours.landmarks.position_acs, theirs.landmarks.position_acs, atol=1e-3)
+    (guess,) = (each for each in found(ours, "columns_guessed") if each.file == "markers.csv")
+    assert 'camera = "y-down"' in guess.message

@@ -12,27 +12,25 @@ import polars as pl
 
 from vislam2tag.common.errors import SessionError, SurveyError, UsageError
 from vislam2tag.common.files.given_files import plain
+from vislam2tag.common.files.toml_file import read_toml
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.cells import LENGTHS_M
 from vislam2tag.intake.columns import given_column, matching_columns, missing_column, plain_name
-from vislam2tag.intake.time_units import (
-    ANY,
-    FRAMES,
-    READINGS,
-    Steps,
-)
+from vislam2tag.intake.pose_conventions import PERSON_M_S
+from vislam2tag.intake.pose_evidence import FAST_M_S
+from vislam2tag.intake.time_units import ANY, FRAMES, READINGS, Steps
 from vislam2tag.sessions.apps import in_acs
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of
-from vislam2tag.sessions.foreign_tables import (
-    sensors_in,
-)
+from vislam2tag.sessions.foreign_tables import sensors_in
+from vislam2tag.sessions.formats.published import FILE_NAMES
 from vislam2tag.sessions.model import Session
-from vislam2tag.sessions.pose_axes import plausible_axes
+from vislam2tag.sessions.pose_axes import inverse_is_plausible, offsets_apart_m, plausible_axes, speed_m_s
 from vislam2tag.sessions.readings import (
     SENSOR_VALUES,
     mark_repeated,
     pressure_log,
+    scan_numbers,
     sensor_rows,
     sensor_table,
     with_sensor_units,
@@ -45,40 +43,71 @@ from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
     SENSOR_TYPES,
     SENSORS,
+    TableColumns,
+    WalkColumns,
+    fits,
     kind_of,
     named_as_poses,
 )
-from vislam2tag.sessions.walk_tables import WalkTable, WalkTables, is_wide, nearest_columns_file, tables_in
+from vislam2tag.sessions.walk_tables import (
+    WalkTable,
+    WalkTables,
+    is_wide,
+    nearest_columns_file,
+    partly_poses,
+    tables_in,
+)
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
 
 NAME = "csv-walk"
 _MAX_APART_NS = 100_000_000
 """Sightings belong to the frame that is closest in time, if it is not further away."""
-_NEW_SCAN_NS = 1_000_000_000
+_TOGETHER, _APART_M = 3.0, 0.2
+"""Under the right reading the sightings of a landmark are closer together by this factor and distance."""
+_NEW_VISIT_NS = 10_000_000_000
+"""Trackers drift little while a landmark is in view, but may do so until it is seen again."""
 _LOGGED_SHARE = 0.9
 """A landmark with rows at more of the frames behind its first one is logged at every frame, not only when seen."""
 _VALUES = ("v1", "v2", "v3")
 _BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
 
 
-def _has_poses(path: Path) -> bool:
-    """Whether the first lines of a file name the columns of poses, or its name says so and they name others."""
+def _headers(path: Path) -> list[list[str]]:
+    """The first lines of a file, each split into the columns that it would name."""
     try:
         with plain(path).open("rb") as file:
             text = file.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
     except OSError:  # reading it reports that
-        return False
+        return []
+    lines = []
     for line in text.split("\n")[:20]:
         mark = max((";", "\t", "|", ","), key=line.count)
         fields = line.lstrip("# ").split(mark if mark in line else None)
-        columns = [name.strip(' "\r') for name in fields]
-        if kind_of(path.name, columns) == "poses":
+        lines.append([name.strip(' "\r') for name in fields])
+    return lines
+
+
+def _has_poses(path: Path, given: TableColumns) -> bool:
+    """Whether a file's columns are those of poses, also as ``given``, or its name says so and it names others."""
+    if given.file == path.name:
+        return True
+    for columns in _headers(path):
+        if kind_of(path.name, columns) == "poses" or fits(columns, "poses", given):
             return True
         letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
         if named_as_poses(path.name) and len(columns) >= 4 and len(letters) > len(columns) / 2:
             return True
     return False
+
+
+def _given_poses(folder: Path) -> TableColumns:
+    """The section for poses of the nearest ``columns.toml``; empty if there is none, or reading it reports an error."""
+    path = nearest_columns_file(folder)
+    try:
+        return TableColumns() if path is None else read_toml(path, WalkColumns).poses
+    except (SurveyError, FileNotFoundError):
+        return TableColumns()
 
 
 class CsvWalk:
@@ -87,8 +116,17 @@ class CsvWalk:
     name = NAME
 
     def recognises(self, folder: Path) -> bool:
-        """One of the tables has the columns of poses, and no other format but the published one knows the folder."""
-        if not folder.is_dir() or not any(map(_has_poses, tables_in(folder))):
+        """Whether a table has the columns of poses, and no other format but the published one knows the folder.
+
+        Without published poses a part of the columns is enough, so that reading reports what is missing.
+        """
+        if not folder.is_dir():
+            return False
+        tables, given = tables_in(folder), _given_poses(folder)
+        published = set(FILE_NAMES["poses"]) & {path.name for path in tables}
+        if not any(_has_poses(path, given) for path in tables) and (
+            published or not any(partly_poses(path.name, line) for path in tables for line in _headers(path))
+        ):
             return False
         others = (known for name, known in FORMATS.all().items() if name not in (NAME, "published"))
         return not any(known.recognises(folder) for known in others)
@@ -112,10 +150,15 @@ class _Reader:
     def __init__(self, folder: Path, beside: Path | None) -> None:
         self.tables = WalkTables(folder, beside)
         self.files = self.tables.files
+        self.turned_back = False
 
     def session(self, ref: SessionRef, settings: FindingSettings) -> Session:
         camera = self._camera(settings)
-        landmarks = self._landmarks(camera) if "sightings" in self.tables.by_kind else no_landmarks()
+        if "sightings" in self.tables.by_kind:
+            landmarks = self._landmarks(camera)
+        else:
+            self._refuse_inverse()
+            landmarks = no_landmarks()
         sensors = self._sensors(camera)
         clock_ns = clock_of(camera, sensors)
         tables = {"sensors": sensors, "wifi": self._wifi(clock_ns, camera, sensors, settings)}
@@ -132,11 +175,15 @@ class _Reader:
         given = table.given
         cameras = (given.camera,) if given.camera else ("y-up", "y-down")
         frames = (given.frame,) if given.frame else ("y-up", "z-up")
+        if units := _other_units(table, poses):
+            raise UsageError(f"{table.file}: {_in_other_units(units)}")
         axes: Sequence[object] | None = (*cameras, *frames)
         if len(cameras) + len(frames) > 2:
             axes = plausible_axes(table.time_ns, poses, cameras=cameras, frames=frames)
+            self.turned_back = inverse_is_plausible(table.time_ns, poses, cameras, frames)
         if axes is None:
-            raise UsageError(f"{table.file}: {_unknown_axes(table, poses, cameras, frames)}")
+            raise UsageError(f"{table.file}: {_INVERSE if self.turned_back else _UNKNOWN_AXES}")
+        self.poses = table.time_ns, poses
         self.axes = str(axes[0]), str(axes[1])
         self.tables.noted(table, camera=self.axes[0], frame=self.axes[1])
         rows = table.rows.select("row", "time_ns").with_columns(_pose_series(in_acs(poses, *self.axes)))
@@ -150,8 +197,10 @@ class _Reader:
         findings += clock_mismatch(table.time_ns, table.file, camera)
         time_ns = table.time_ns
         if {"dx", "dy", "dz"} <= table.roles.keys():
-            poses = of_offsets(table.lengths(("dx", "dy", "dz"), findings), time_ns, camera, self.axes[0])
+            offset = table.lengths(("dx", "dy", "dz"), findings)
+            poses = of_offsets(offset, time_ns, camera, self._axes_of_offsets(table, offset))
         else:
+            self._refuse_inverse()
             turned = {"qx", "qy", "qz", "qw"} <= table.roles.keys()
             turn = table.numbers(("qx", "qy", "qz", "qw"), findings) if turned else None
             poses = of_positions(table.lengths(("x", "y", "z"), findings), turn, self.axes[1])
@@ -168,6 +217,32 @@ class _Reader:
         logged = len(log.landmark) >= _LOGGED_SHARE * max(expected, 1)
         return log if logged else replace(log, seen=np.ones(len(log.landmark), dtype=bool))
 
+    def _axes_of_offsets(self, table: WalkTable, offsets: FloatArray) -> str:
+        """The camera's axes of offsets (n, 3): those by which the sightings of a landmark fall together.
+
+        Raises UsageError if they do so with the inverse of the rotations.
+        """
+        order = np.argsort(self.poses[0], kind="stable")
+        poses = self.poses[1][order[_nearest(self.poses[0][order], table.time_ns)]]
+        known = np.isfinite(np.column_stack((offsets, poses))).all(axis=1) & (np.abs(poses[:, 3:]).sum(axis=1) > 0)
+        apart = offsets_apart_m(poses[known], offsets[known], _visits(table)[known])
+        direct, inverse = apart.min(axis=1)
+        if inverse * _TOGETHER < direct and direct - inverse > _APART_M:
+            message = f"{_INVERTED}. Only then do the sightings of a landmark in {table.file} fall together"
+            raise UsageError(f"{self.tables.only('poses').file}: {message}")
+        if not (direct * _TOGETHER < inverse and inverse - direct > _APART_M):
+            self._refuse_inverse()
+        own = table.given.camera or self.axes[0]
+        opposite = apart[0, 1] * _TOGETHER < apart[0, 0] and apart[0, 0] - apart[0, 1] > _APART_M
+        if table.given.camera is None and opposite:
+            own = {"y-up": "y-down", "y-down": "y-up"}[own]
+            self.tables.noted(table, camera=own)
+        return own
+
+    def _refuse_inverse(self) -> None:
+        if self.turned_back:
+            raise UsageError(f"{self.tables.only('poses').file}: {_INVERSE}")
+
     def _wifi(
         self, clock_ns: IntArray, camera: CameraTrack, sensors: pl.DataFrame, settings: FindingSettings
     ) -> pl.DataFrame:
@@ -179,11 +254,13 @@ class _Reader:
         if "frequency" in table.roles:
             frequency = pl.Series(table.numbers(("frequency",), self.files.findings)[:, 0]).cast(pl.Float32)
             frequency = frequency.fill_nan(None)
+        address = table.text("address").fill_null("").str.strip_chars()
+        said = table.rows[table.roles["scan"].name] if "scan" in table.roles else None
         rows = table.rows.select(
             "row",
             "time_ns",
-            scan=_scans(table),
-            bssid=table.text("address").fill_null("").str.strip_chars(),
+            scan=scan_numbers(table.rows["time_ns"], table.rows.select(address).to_series(), said),
+            bssid=address,
             ssid=table.text("ssid").fill_null(""),
             rssi_dbm=table.level(self.files.findings),
             frequency_mhz=frequency,
@@ -274,18 +351,35 @@ class _Reader:
         return [sensors.select("row", "time_ns", "sensor", *SENSOR_VALUES)]
 
 
-def _unknown_axes(table: WalkTable, poses: FloatArray, cameras: Sequence[str], frames: Sequence[str]) -> str:
-    """Say that a path does not show its axes, or shows that its lengths are in another unit."""
-    for unit in ("cm", "mm"):
-        metres = poses * np.array([LENGTHS_M[unit]] * 3 + [1.0] * 4)
-        if table.given.length_unit is None and plausible_axes(table.time_ns, metres, cameras=cameras, frames=frames):
-            return (
-                f"the positions are not those of a walking person in metres, but in {unit}; write that to "
-                f'{COLUMNS_FILE}: length_unit = "{unit}" in [poses], and in [sightings] if it is right there'
-            )
+_UNKNOWN_AXES = (
+    f"the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
+    '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
+)
+_INVERTED = (
+    "the rotations seem to map the world to the camera, but camera to world is expected: change the signs of qx, qy "
+    "and qz in the file"
+)
+_INVERSE = (
+    f"{_INVERTED}. The path looks the same if an axis of the positions is mirrored: then change its sign. If all is "
+    f'right as it is, write the axes to {COLUMNS_FILE}: [poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
+)
+
+
+def _other_units(table: WalkTable, poses: FloatArray) -> list[str]:
+    """Units in which positions that are too fast for a person in metres are those of one; none if the unit is known."""
+    speed = speed_m_s(table.time_ns, poses)
+    if speed <= FAST_M_S or table.given.length_unit or table.roles["x"].metres:
+        return []
+    least, greatest = PERSON_M_S
+    return [unit for unit in ("mm", "cm", "ft") if least <= speed * LENGTHS_M[unit] <= greatest]
+
+
+def _in_other_units(units: Sequence[str]) -> str:
+    """Say that lengths are in another unit."""
+    written = " or ".join(f'length_unit = "{unit}"' for unit in units)
     return (
-        f"the path does not show the axes of camera and frame; write them to {COLUMNS_FILE}: "
-        '[poses] camera = "y-up" or "y-down", frame = "y-up" or "z-up"'
+        f"the positions are not those of a walking person in metres, but in {' or '.join(units)}; write that to "
+        f'{COLUMNS_FILE}: {written} in [poses], and in [sightings] if it is right there. If they are metres, write "m"'
     )
 
 
@@ -306,18 +400,12 @@ def _pose_series(poses: FloatArray) -> list[pl.Series]:
     return [pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)]
 
 
-def _scans(table: WalkTable) -> pl.Series:
-    """Numbers of scans: by their column, else rows of one time, else rows without a gap of a second."""
-    time = table.rows["time_ns"]
-    if "scan" in table.roles:
-        said = table.rows[table.roles["scan"].name].cast(pl.String)
-        numbers = said.cast(pl.Int32, strict=False)
-        return said.rank("dense").cast(pl.Int32) if numbers.has_nulls() else numbers
-    if time.n_unique() * 2 <= len(time):
-        return time.rank("dense").cast(pl.Int32)
-    order = time.arg_sort()
-    gap = (time.gather(order).diff().fill_null(0) > _NEW_SCAN_NS).cum_sum()
-    return pl.DataFrame({"at": order, "scan": gap}).sort("at")["scan"].cast(pl.Int32)
+def _visits(table: WalkTable) -> IntArray:
+    """Numbers (n,) of the visits of sightings: sightings of one landmark without a long gap."""
+    by_id = pl.int_range(pl.len()).over("id")
+    rows = table.rows.select("time_ns", id=table.text("id"), at=pl.int_range(pl.len())).sort("id", "time_ns")
+    gap = pl.col("time_ns").diff().fill_null(0) > _NEW_VISIT_NS
+    return rows.with_columns(visit=((by_id == 0) | gap).cum_sum()).sort("at")["visit"].to_numpy()
 
 
 register(CsvWalk())
