@@ -32,6 +32,7 @@ def test_a_summary(tmp_path: Path) -> None:
         "readings: 2",
         "access points: 2",
         "floors: 2 (0, 1)",
+        "extent: x from 1.0 to 3.0 m, y from 2.0 to 4.0 m",
         "devices: 2 (HTC One, LG)",
         "height_off_floor 1: Training_coordinates_21Aug17.csv:1: heights are not multiples of 3.7 m",
     ):

@@ -65,6 +65,7 @@ def test_missing_times_are_null() -> None:
         ("t", [True], "table, column t: expected numbers, date-times or dates as text"),
         ("t", [0.5, 33.5, 66.5], "times such as 0.5 state no unit, and do not fit as seconds; rename .* to time_ms"),
         ("t", ["2021-12-20T12:00:00Z", "2021-12-20T12:00:00"], "row 2: '2021-12-20T12:00:00' has no time zone"),
+        ("time_s", [FIRST_NS], "table, column time_s: 708634175464000 is too large for a time in s; correct the unit"),
         ("a", [1], "table: the column time_ns is missing; it has a"),
     ],
 )

@@ -343,3 +343,28 @@ def unknown_columns(path: Path, names: Sequence[str]) -> tuple[Finding, ...]:
     """Report the columns of a table that are not used."""
     shown = ", ".join(names[:5]) + (", ..." if len(names) > 5 else "")
     return finding_if(len(names), "unknown_columns", f"unknown columns are skipped: {shown}", path.name)
+
+
+def without_shared_fillers(
+    files: Sequence[str],
+    heard: Sequence[pl.DataFrame],
+    found: Sequence[float],
+    levels: tuple[tuple[float, float], tuple[float, float]] | None,
+    findings: Sequence[Finding],
+) -> tuple[list[pl.DataFrame], list[Finding]]:
+    """Drop the level, dBm, that was ``found`` to mean "not heard" in one of the files from those without one (NaN).
+
+    ``levels`` are two of the files' numbers with their dBm, ``findings`` those of all files.
+    """
+    known = {level: file for level, file in zip(found, files, strict=True) if not np.isnan(level)}
+    measured, said, changed = list[pl.DataFrame](), list[Finding](), set[str]()
+    for file, own, filler in zip(files, heard, found, strict=True):
+        shared = own.filter(pl.col("rssi_dbm").is_in(list(known))) if np.isnan(filler) else own.clear()
+        measured.append(own.filter(~pl.col("rssi_dbm").is_in(list(known))) if shared.height else own)
+        if shared.height:
+            changed.add(file)
+            level = shared["rssi_dbm"][0]
+            number = level if levels is None else LevelScale(*levels).number(level)
+            message = f"{number:g} is read as 'not heard', as in {known[level]}. No action needed if that is right"
+            said += finding_if(shared.height, "unstated_filler", message, file, Severity.WARNING)
+    return measured, [*(each for each in findings if each.kind != "all_heard" or each.file not in changed), *said]

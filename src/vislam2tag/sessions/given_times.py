@@ -103,6 +103,9 @@ def _numbers(texts: pl.Series, where: str) -> pl.Series:
 
 
 def _in_ns(values: pl.Series, unit: str | None, where: str, span_ns: IntArray | None) -> pl.Series:
+    greatest = values.cast(pl.Float64).fill_nan(None).abs().max()
+    if unit is not None and isinstance(greatest, float) and MOST_NS / NS_IN[unit] <= greatest < np.inf:
+        raise UsageError(f"{where}: {greatest:.15g} is too large for a time in {unit}; correct the unit in its name")
     if values.dtype.is_integer():
         return values.cast(pl.Int64, strict=False) * NS_IN[unit or "ns"]
     numbers = values.cast(pl.Float64).fill_nan(None)

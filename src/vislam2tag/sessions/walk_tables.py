@@ -61,6 +61,8 @@ _SAMPLE, _SHOWN = 50, 5
 _RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
 """Words for technologies, by the kind of table that has their readings."""
 _OF_BOTH_RADIOS = ("time", "time_unit", "zone", "address", "level", "technology")
+_POSE_WIDTH = 7
+"""Columns of poses with one column missing."""
 _CAMERA_FILE = re.compile(r"cam|pose|traj|odom|slam", re.IGNORECASE)
 _DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
 
@@ -370,7 +372,7 @@ def is_wide(columns: Sequence[str]) -> bool:
 
 
 def partly_poses(file: str, columns: Sequence[str]) -> bool:
-    """Whether a table of no other kind has two columns of positions or rotations, and a time or a camera's name.
+    """Whether a table of no other kind has some columns of positions or rotations, and a time or a camera's name.
 
     It may be a table of poses with columns that are not recognised.
     """
@@ -378,8 +380,11 @@ def partly_poses(file: str, columns: Sequence[str]) -> bool:
         return False
     if is_of_sightings(file):
         return False
-    parts = max(sum(bool(matching_columns(columns, f"pose_{axis}")) for axis in "xyz"), len(rotation_columns(columns)))
-    return parts >= 2 and (bool(matching_columns(columns, "time")) or bool(_CAMERA_FILE.search(file)))
+    axes = sum(bool(matching_columns(columns, f"pose_{axis}")) for axis in "xyz")
+    turns = len(rotation_columns(columns))
+    # Times with x and y alone are those of a total station or of known positions.
+    enough = axes + turns >= 4 or (max(axes, turns) >= 2 and len(columns) >= _POSE_WIDTH)
+    return enough and (bool(matching_columns(columns, "time")) or bool(_CAMERA_FILE.search(file)))
 
 
 def _has_beacons(rows: pl.DataFrame) -> bool:

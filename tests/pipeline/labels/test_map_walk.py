@@ -174,7 +174,7 @@ def test_a_frame_with_z_up_and_offsets_from_the_camera_give_the_same(walk: Walk)
     mapped = vt.map_walk(z_up, sightings, walk.landmarks.drop("heading_rad", strict=False), sensors=walk.sensors)
     assert "columns_guessed" in {found.kind for found in mapped.findings}
     both = (mapped.frames["status"] == "ok") & (walk.mapped.frames["status"] == "ok")
-    assert both.sum() > 0.8 * (walk.mapped.frames["status"] == "ok").sum()
+    assert both.sum() > 0.8 * int((walk.mapped.frames["status"] == "ok").sum())
     apart_m = (
         mapped.frames.filter(both).select("x", "y") - walk.mapped.frames.filter(both).select("x", "y")
     ).to_numpy()

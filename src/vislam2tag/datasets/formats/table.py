@@ -36,7 +36,13 @@ from vislam2tag.datasets.table_columns import (
     refuse_unknown_access_points,
 )
 from vislam2tag.datasets.technologies import BLE, WIFI
-from vislam2tag.datasets.wide_tables import CellCounts, LevelRules, measured_levels, unknown_columns
+from vislam2tag.datasets.wide_tables import (
+    CellCounts,
+    LevelRules,
+    measured_levels,
+    unknown_columns,
+    without_shared_fillers,
+)
 from vislam2tag.intake.cells import unreadable_cells, with_numbers
 from vislam2tag.intake.columns import (
     Column,
@@ -114,7 +120,7 @@ def read(path: Path, context: ImportContext) -> Dataset:
         first += own_rows.select(pl.col("row").max().fill_null(0)).item() + 1
         context.progress(file.name, len(files))
     refuse_unknown_access_points(path, layouts, names)
-    heard, findings = _without_shared_fillers([file.name for file in files], heard, fillers, names, findings)
+    heard, findings = without_shared_fillers([file.name for file in files], heard, fillers, names.levels, findings)
     whole, origin = _located(path, pl.concat(rows, how="diagonal"), layouts[0], names)
     if whole["part"].n_unique() < 2:
         whole = whole.with_columns(part=pl.lit(None, pl.String))
@@ -133,28 +139,6 @@ def _needed(layout: Layout) -> list[str]:
     """The roles of places and levels, which all files must have in common."""
     levels = ["columns of access points"] if layout.access_points else ["address", "level"]
     return [role for role in _PLACED if role in layout.found] + levels
-
-
-def _without_shared_fillers(
-    files: Sequence[str],
-    heard: Sequence[pl.DataFrame],
-    fillers: Sequence[float],
-    names: ColumnNames,
-    findings: Sequence[Finding],
-) -> tuple[list[pl.DataFrame], list[Finding]]:
-    """Drop the level that means "not heard" in one of the files from those in which none was found."""
-    known = {level: file for level, file in zip(fillers, files, strict=True) if not np.isnan(level)}
-    measured, found, changed = list[pl.DataFrame](), list[Finding](), set[str]()
-    for file, own, filler in zip(files, heard, fillers, strict=True):
-        is_filler = own["rssi_dbm"].is_in(list(known)) if np.isnan(filler) else pl.repeat(False, len(own), eager=True)
-        measured.append(own.filter(~is_filler))
-        if is_filler.any():
-            changed.add(file)
-            level = own.filter(is_filler)["rssi_dbm"][0]
-            number = level if names.levels is None else LevelScale(*names.levels).number(level)
-            message = f"{number:g} is read as 'not heard', as in {known[level]}. No action needed if that is right"
-            found += finding_if(int(is_filler.sum()), "unstated_filler", message, file, Severity.WARNING)
-    return measured, [*(each for each in findings if each.kind != "all_heard" or each.file not in changed), *found]
 
 
 def _stated(context: ImportContext) -> ColumnNames:

@@ -47,7 +47,7 @@ def contradicted(prepared: PreparedSession, walk: LabelledWalk, range_m: float) 
         misfits = _misfits(evidence.walks[0])
         findings += misfits
         whole = bool(misfits)
-    if not findings:
+    if not findings and (walk.mapped.status == Status.OK).any():
         findings = _unverified(evidence)
     return (_none_ok(walk) if whole else walk), findings
 

@@ -228,8 +228,10 @@ class _Reader:
         apart = offsets_apart_m(poses[known], offsets[known], _visits(table)[known])
         direct, inverse = apart.min(axis=1)
         if inverse * _TOGETHER < direct and direct - inverse > _APART_M:
-            message = f"{_INVERTED}. Only then do the sightings of a landmark in {table.file} fall together"
-            raise UsageError(f"{self.tables.only('poses').file}: {message}")
+            raise UsageError(
+                f"{self.tables.only('poses').file}: {_INVERTED}. Only then do the sightings of a landmark in "
+                f"{table.file} fall together"
+            )
         if not (direct * _TOGETHER < inverse and inverse - direct > _APART_M):
             self._refuse_inverse()
         own = table.given.camera or self.axes[0]
