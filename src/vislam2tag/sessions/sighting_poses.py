@@ -20,7 +20,7 @@ def at_frames(camera: CameraTrack, time_ns: IntArray, most_apart_ns: int) -> Int
     Raises UsageError if no frame is usable.
     """
     frame_ns = camera.time_ns[camera.usable]
-    closest = frame_ns[_closest(frame_ns, time_ns)]
+    closest = frame_ns[closest_places(frame_ns, time_ns)]
     return np.where(np.abs(closest - time_ns) <= most_apart_ns, closest, time_ns)
 
 
@@ -38,13 +38,13 @@ def of_offsets(offset: FloatArray, time_ns: IntArray, camera: CameraTrack, axes:
     """
     frames = np.flatnonzero(camera.usable)
     frame_ns = camera.time_ns[frames]
-    closest = frames[_closest(frame_ns, time_ns)]
+    closest = frames[closest_places(frame_ns, time_ns)]
     at = np.column_stack([np.interp(time_ns, frame_ns, axis) for axis in camera.position_acs[frames].T])
     ours = offset * (1.0, -1.0, -1.0) if axes == "y-down" else offset
     return np.column_stack((at + rotated(camera.orientation_acs[closest], ours), np.tile(AT_REST, (len(offset), 1))))
 
 
-def _closest(sorted_ns: IntArray, time_ns: IntArray) -> IntArray:
+def closest_places(sorted_ns: IntArray, time_ns: IntArray) -> IntArray:
     """Places (k,) of the times that are closest to ``time_ns`` (k,)."""
     if not len(sorted_ns):
         raise UsageError("no pose is usable")

@@ -37,7 +37,7 @@ from vislam2tag.sessions.readings import (
 )
 from vislam2tag.sessions.registry import FORMATS, HEAD_BYTES, register
 from vislam2tag.sessions.settings import FindingSettings
-from vislam2tag.sessions.sighting_poses import at_frames, of_offsets, of_positions
+from vislam2tag.sessions.sighting_poses import at_frames, closest_places, of_offsets, of_positions
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
@@ -223,7 +223,7 @@ class _Reader:
         Raises UsageError if they do so with the inverse of the rotations.
         """
         order = np.argsort(self.poses[0], kind="stable")
-        poses = self.poses[1][order[_nearest(self.poses[0][order], table.time_ns)]]
+        poses = self.poses[1][order[closest_places(self.poses[0][order], table.time_ns)]]
         known = np.isfinite(np.column_stack((offsets, poses))).all(axis=1) & (np.abs(poses[:, 3:]).sum(axis=1) > 0)
         apart = offsets_apart_m(poses[known], offsets[known], _visits(table)[known])
         direct, inverse = apart.min(axis=1)
