@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,13 +29,10 @@ from vislam2tag.intake.time_units import (
 )
 from vislam2tag.sessions.foreign_tables import (
     MOST_NS,
-    SENSOR_COLUMNS,
-    sensor_columns,
     table_times,
     time_zone,
 )
 from vislam2tag.sessions.model import FileRecord
-from vislam2tag.sessions.registry import TABLE_SUFFIXES
 from vislam2tag.sessions.session_files import MISSING, SessionFiles
 from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
@@ -44,44 +40,25 @@ from vislam2tag.sessions.walk_columns import (
     TableColumns,
     WalkColumns,
     fits,
-    is_of_sightings,
     kind_of,
     named_as_poses,
     resolved,
-    rotation_columns,
     sensor_of_file,
     unknown_kind,
 )
-from vislam2tag.site.site_table import is_file
+from vislam2tag.sessions.walk_files import (
+    is_wide,
+    nearest_columns_file,
+    partly_poses,
+    tables_in,
+)
 
 _UNITS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
-_MOST_FILES = 100
-_UNUSED = frozenset({"truth.csv", "fixes.csv", "tachy.csv", "refMarker.csv", "ControlPoint.csv"})
 _SAMPLE, _SHOWN = 50, 5
 _RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
 """Words for technologies, by the kind of table that has their readings."""
 _OF_BOTH_RADIOS = ("time", "time_unit", "zone", "address", "level", "technology")
-_POSE_WIDTH = 7
-"""Columns of poses with one column missing."""
-_CAMERA_FILE = re.compile(r"cam|pose|traj|odom|slam", re.IGNORECASE)
 _DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
-
-
-def tables_in(folder: Path) -> list[Path]:
-    """The tables of a session's folder, except files with a meaning of their own."""
-    return [
-        path
-        for path in sorted(folder.iterdir())
-        if path.suffix.lower() in TABLE_SUFFIXES
-        and path.name not in _UNUSED
-        and not path.name.startswith(".")
-        and is_file(path)
-    ][:_MOST_FILES]
-
-
-def nearest_columns_file(folder: Path) -> Path | None:
-    """The nearest ``columns.toml``: of the session, its device, its floor or the survey."""
-    return next((each / COLUMNS_FILE for each in (folder, *folder.parents[:3]) if is_file(each / COLUMNS_FILE)), None)
 
 
 @dataclass
@@ -364,27 +341,6 @@ class WalkTables:
                     words += f" (not {' or '.join(others)})"
                 message = f"read as {kind}: {words}. If that is wrong, write the right ones to {COLUMNS_FILE}: [{kind}]"
                 self.files.note("columns_guessed", file, message, Severity.INFO)
-
-
-def is_wide(columns: Sequence[str]) -> bool:
-    """Whether a table has columns for the axes of a sensor, such as ``acc_x``."""
-    return any(sensor_columns(columns, sensor)[0] for sensor in SENSOR_COLUMNS)
-
-
-def partly_poses(file: str, columns: Sequence[str]) -> bool:
-    """Whether a table of no other kind has some columns of positions or rotations, and a time or a camera's name.
-
-    It may be a table of poses with columns that are not recognised.
-    """
-    if kind_of(file, columns) not in (None, "poses") or is_wide(columns) or sensor_of_file(file, columns):
-        return False
-    if is_of_sightings(file):
-        return False
-    axes = sum(bool(matching_columns(columns, f"pose_{axis}")) for axis in "xyz")
-    turns = len(rotation_columns(columns))
-    # Times with x and y alone are those of a total station or of known positions.
-    enough = axes + turns >= 4 or (max(axes, turns) >= 2 and len(columns) >= _POSE_WIDTH)
-    return enough and (bool(matching_columns(columns, "time")) or bool(_CAMERA_FILE.search(file)))
 
 
 def _has_beacons(rows: pl.DataFrame) -> bool:

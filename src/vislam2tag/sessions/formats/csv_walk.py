@@ -11,8 +11,6 @@ import numpy as np
 import polars as pl
 
 from vislam2tag.common.errors import SessionError, SurveyError, UsageError
-from vislam2tag.common.files.given_files import plain
-from vislam2tag.common.files.toml_file import read_toml
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.cells import LENGTHS_M
@@ -35,7 +33,7 @@ from vislam2tag.sessions.readings import (
     sensor_table,
     with_sensor_units,
 )
-from vislam2tag.sessions.registry import FORMATS, HEAD_BYTES, register
+from vislam2tag.sessions.registry import FORMATS, register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.sighting_poses import at_frames, closest_places, of_offsets, of_positions
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
@@ -43,20 +41,17 @@ from vislam2tag.sessions.walk_columns import (
     COLUMNS_FILE,
     SENSOR_TYPES,
     SENSORS,
-    TableColumns,
-    WalkColumns,
-    fits,
-    kind_of,
-    named_as_poses,
 )
-from vislam2tag.sessions.walk_tables import (
-    WalkTable,
-    WalkTables,
+from vislam2tag.sessions.walk_files import (
+    first_lines,
+    given_poses,
+    has_poses,
     is_wide,
     nearest_columns_file,
     partly_poses,
     tables_in,
 )
+from vislam2tag.sessions.walk_tables import WalkTable, WalkTables
 from vislam2tag.sessions.without_poses import no_landmarks
 from vislam2tag.site.model import SessionRef
 
@@ -73,43 +68,6 @@ _VALUES = ("v1", "v2", "v3")
 _BRACKETS = re.compile(r"[\[(](.*?)[\])]\s*$")
 
 
-def _headers(path: Path) -> list[list[str]]:
-    """The first lines of a file, each split into the columns that it would name."""
-    try:
-        with plain(path).open("rb") as file:
-            text = file.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
-    except OSError:  # reading it reports that
-        return []
-    lines = []
-    for line in text.split("\n")[:20]:
-        mark = max((";", "\t", "|", ","), key=line.count)
-        fields = line.lstrip("# ").split(mark if mark in line else None)
-        lines.append([name.strip(' "\r') for name in fields])
-    return lines
-
-
-def _has_poses(path: Path, given: TableColumns) -> bool:
-    """Whether a file's columns are those of poses, also as ``given``, or its name says so and it names others."""
-    if given.file == path.name:
-        return True
-    for columns in _headers(path):
-        if kind_of(path.name, columns) == "poses" or fits(columns, "poses", given):
-            return True
-        letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
-        if named_as_poses(path.name) and len(columns) >= 4 and len(letters) > len(columns) / 2:
-            return True
-    return False
-
-
-def _given_poses(folder: Path) -> TableColumns:
-    """The section for poses of the nearest ``columns.toml``; empty if there is none, or reading it reports an error."""
-    path = nearest_columns_file(folder)
-    try:
-        return TableColumns() if path is None else read_toml(path, WalkColumns).poses
-    except (SurveyError, FileNotFoundError):
-        return TableColumns()
-
-
 class CsvWalk:
     """Reads session folders with tables that have headers."""
 
@@ -122,10 +80,10 @@ class CsvWalk:
         """
         if not folder.is_dir():
             return False
-        tables, given = tables_in(folder), _given_poses(folder)
+        tables, given = tables_in(folder), given_poses(folder)
         published = set(FILE_NAMES["poses"]) & {path.name for path in tables}
-        if not any(_has_poses(path, given) for path in tables) and (
-            published or not any(partly_poses(path.name, line) for path in tables for line in _headers(path))
+        if not any(has_poses(path, given) for path in tables) and (
+            published or not any(partly_poses(path.name, line) for path in tables for line in first_lines(path))
         ):
             return False
         others = (known for name, known in FORMATS.all().items() if name not in (NAME, "published"))
