@@ -23,6 +23,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A survey with a named building, its run, its labels and a data set with both technologies."""
     root = tmp_path_factory.mktemp("chain")
     simulate(regular_survey(3, "none", (0,), ("LG", "Pixel"), 2, 60.0, ble=True), root / "survey")
+    (root / "survey" / "floor_0" / "rooms.csv").write_text("name,x,y\nLong corridor,30,25.6\n")
     for command in (
         ("site", "init", root / "survey", "--building", "Town hall"),
         ("site", "set", root / "survey", "--floor", "0", "--name", "Ground floor"),
@@ -70,6 +71,11 @@ def test_building_and_floor_reach_the_positions_and_pages(folder: Path, tmp_path
     assert "positions are written as CSV or JSON lines" in said
     said = the_error(vislam2tag("locate", folder / "wifi.v2t", first_session(folder) / "ble.csv"))
     assert f"Pass its session, {first_session(folder)}" in said
+    corridor = pl.col("y").is_between(25.3, 25.9) & pl.col("x").is_between(15, 50)
+    there = pl.read_csv(tmp_path / "there.csv").filter(corridor)
+    assert there.height > 0
+    assert set(there["room"]) == {"Long corridor"}
+    assert "rooms with a name: Long corridor" in (folder / "out" / "dataset" / "README.md").read_text()
     for page in ("index.html", "labels/report.html", "check/check.html"):
         text = (folder / "out" / page).read_text()
         assert "<h1>Town hall (survey)</h1>" in text

@@ -64,7 +64,7 @@ def test_values_are_read_as_json_or_text() -> None:
             parameters_of([wrong])
 
 
-HEADER = "scan_id,status,building,floor,floor_name,x,y,z,radius_68_m,radius_95_m,floor_probability"
+HEADER = "scan_id,status,building,floor,floor_name,room,x,y,z,radius_68_m,radius_95_m,floor_probability"
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_positions_come_on_standard_output_and_the_summary_beside(place: Path) -
     header, here, far, bad = done.stdout.splitlines()
     assert header == HEADER
     assert here.startswith("here,unlike,,1,")  # two of ten are heard
-    assert (far, bad) == ("far,unknown,,,,,,,,,", "bad,unknown,,,,,,,,,")
+    assert (far, bad) == ("far,unknown,,,,,,,,,,", "bad,unknown,,,,,,,,,,")
     assert "3 scans: 1 located, 2 unknown (without any of the model's 10 access points)" in done.stderr
     assert "malformed_lines: 1 (lines 5): expected scan_id, bssid, rssi_dbm" in done.stderr
 

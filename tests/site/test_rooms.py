@@ -82,3 +82,19 @@ def test_a_room_behind_an_excluded_one_is_left_out_too() -> None:
 def test_what_is_no_room_cannot_be_excluded(name: str, message: str) -> None:
     with pytest.raises(SurveyError, match=message):
         office()[0].called((name,))
+
+
+def test_boxes_cover_the_rooms_with_a_name() -> None:
+    rooms, _ = office()
+    boxes = rooms.boxes
+    assert set(boxes) == {name for name in rooms.areas.names if name}
+    for name, (x, y) in room_names().items():
+        inside = [
+            own for own, edges in boxes.items() if ((edges[:, :2] <= (x, y)) & (edges[:, 2:] > (x, y))).all(1).any()
+        ]
+        assert inside == ([] if name == "0.03" else [name])
+    areas = rooms.areas
+    (area,) = np.flatnonzero(np.array(areas.names) == "0.01")
+    edges = boxes["0.01"]
+    covered_m2 = ((edges[:, 2] - edges[:, 0]) * (edges[:, 3] - edges[:, 1])).sum()
+    assert covered_m2 == pytest.approx(areas.area_m2[area], rel=0.01)

@@ -200,8 +200,8 @@ def locate_command(given: LocateOptions) -> None:
     with the same names (.jsonl, .ndjson, .json), or a data set. It can also be a recording: a session folder, or a
     Wi-Fi table of an app with times, addresses and levels. The poses of a session are used as with --track.
 
-    Each scan gets a line with scan_id, status, building, floor, floor_name, x, y, z, the radii that contain 68 % and
-    95 % of the errors, and the probability of the floor. The suffix of FILE (or of SCANS, without --out) decides
+    Each scan gets a line with scan_id, status, building, floor, floor_name, room, x, y, z, the radii that contain 68 %
+    and 95 % of the errors, and the probability of the floor. The suffix of FILE (or of SCANS, without --out) decides
     between CSV and JSON lines. A scan without any known access point is `unknown`. A scan that is `unlike` all training
     data has a position, but its radii are not reliable. Unusable lines are counted and skipped.
 

@@ -20,6 +20,7 @@ from vislam2tag.common.files.given_files import AnyPath, path_or_none
 from vislam2tag.common.findings import Finding
 from vislam2tag.common.records import Record
 from vislam2tag.common.tabular import Frames, Tabular, TabularResult
+from vislam2tag.core.arrays import BoolArray, FloatArray
 from vislam2tag.core.notebook import Drawable
 from vislam2tag.datasets.description import Funding, Person, Related
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, MEASURED, READINGS, SESSIONS
@@ -36,6 +37,21 @@ class Storey(NamedTuple):
     floor: int
 
 
+class RoomInfo(Record):
+    """A room or corridor with a name."""
+
+    name: str
+    boxes_m: tuple[tuple[float, float, float, float], ...]
+    """Rectangles that cover it: x0, y0, x1, y1, BCS metres."""
+
+    def contains(self, points_m: FloatArray) -> BoolArray:
+        """Whether the room contains each point (n, 2), BCS metres."""
+        low, high = np.array(self.boxes_m).reshape(-1, 2, 2).transpose(1, 0, 2)
+        within: BoolArray = (points_m[:, None] >= low) & (points_m[:, None] < high)
+        inside: BoolArray = np.any(np.all(within, axis=2), axis=1)
+        return inside
+
+
 class FloorInfo(Record):
     """One floor. Positions on it are in its BCS."""
 
@@ -50,6 +66,8 @@ class FloorInfo(Record):
     lower_left_m: tuple[float, float] = (0.0, 0.0)
     """Lower left corner of the plan, BCS."""
     georeference: Georeference | None = None
+    rooms: tuple[RoomInfo, ...] = ()
+    """Rooms with a name, by their walkable space."""
 
 
 class Grouping(Record):

@@ -37,8 +37,8 @@ from vislam2tag.common.files.whole_output import write_file
 from vislam2tag.common.folder_kinds import found_at
 from vislam2tag.common.records import Record
 from vislam2tag.common.tabular import TabularResult
-from vislam2tag.core.arrays import AnyArray
-from vislam2tag.datasets.model import Grouping, Storey
+from vislam2tag.core.arrays import AnyArray, FloatArray
+from vislam2tag.datasets.model import Grouping, RoomInfo, Storey
 from vislam2tag.intake.readings import normal_address
 from vislam2tag.positioning.registry import (
     Positioner,
@@ -55,11 +55,12 @@ _CHECKSUM = "checksum"
 
 
 class FloorName(Record):
-    """Name of a floor, such as "Ground floor"."""
+    """Name of a floor, such as "Ground floor", and its rooms with names."""
 
     building: str
     number: int
     name: str
+    rooms: tuple[RoomInfo, ...] = ()
 
 
 class ModelOrigin(Record):
@@ -76,7 +77,7 @@ class ModelOrigin(Record):
     beacons: tuple[str, ...] = ()
     """The BLE beacons among the access points, if the fingerprints have both Wi-Fi and BLE."""
     floor_names: tuple[FloorName, ...] = ()
-    """Names of floors, if they say more than the number."""
+    """Names of floors that say more than the number, and of rooms."""
     frame: str = "BCS of each floor, metres"
     bssid_key: str | None = None
     """Name of the key that access points' identifiers were hashed with (datasets/privacy.py); None: not hashed."""
@@ -85,6 +86,15 @@ class ModelOrigin(Record):
         """Name of a floor, such as "Ground floor"; empty if it has only a number."""
         names = {Storey(floor.building, floor.number): floor.name for floor in self.floor_names}
         return names.get(storey, "")
+
+    def rooms_at(self, storey: Storey, points_m: FloatArray) -> list[str]:
+        """Name of the room at each point (n, 2) of a floor, BCS metres; empty if none with a name is there."""
+        found = [""] * len(points_m)
+        own = (floor.rooms for floor in self.floor_names if Storey(floor.building, floor.number) == storey)
+        for room in next(own, ()):
+            for row in np.flatnonzero(room.contains(points_m)).tolist():
+                found[row] = room.name
+        return found
 
 
 class ModelHeader(Record):

@@ -39,6 +39,12 @@ class FloorRooms:
         """(a,) areas that are rooms with a name."""
         return self.areas.is_room & np.array([bool(name) for name in self.areas.names], dtype=np.bool_)
 
+    @property
+    def boxes(self) -> dict[str, FloatArray]:
+        """Rectangles (b, 4) that cover each room or corridor with a name: x0, y0, x1, y1, BCS metres."""
+        names = np.array(self.areas.names, dtype=np.str_)
+        return {name: boxes_of(self.areas, names == name) for name in sorted(set(self.areas.names) - {""})}
+
     def near(self, points_m: FloatArray) -> list[str]:
         """The room with a name that is nearest to each point (n, 2), and its distance if it is not beside the point.
 
@@ -96,6 +102,19 @@ def rooms_of(floor: Floor, settings: WalkableSettings | None = None) -> FloorRoo
     plan = floor_plan(floor)
     space = walkable_space(plan, settings, floor_mask(floor))
     return floor_rooms(floor, plan, space, corridor_graph(space))
+
+
+def room_boxes(floor: Floor, settings: WalkableSettings | None = None) -> dict[str, FloatArray]:
+    """Rectangles (b, 4) that cover each room or corridor with a name: x0, y0, x1, y1, BCS metres.
+
+    Empty if no room has a name, or the floor has no plan with walkable space.
+    """
+    try:
+        if floor.rooms is None and (floor.plan is None or not names_on_plan(floor_plan(floor))):
+            return {}
+        return rooms_of(floor, settings).boxes
+    except SurveyError:  # the coverage of the floor reports it
+        return {}
 
 
 def areas_without(areas: Areas, left_out: BoolArray) -> Areas:

@@ -17,6 +17,7 @@ from tests.datasets.factory import bssid, small_dataset
 from tests.positioning.radio_world import STOREYS
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.datasets.folder import open_dataset, write_dataset
+from vislam2tag.datasets.model import RoomInfo
 from vislam2tag.datasets.privacy import Privacy, hashed, key_name, with_privacy
 from vislam2tag.datasets.splits import standard_splits
 from vislam2tag.pipeline.positioning import locate as module
@@ -88,7 +89,7 @@ def test_strangers_are_unknown_and_case_does_not_matter(places: Path, tmp_path: 
     assert rows["status"].to_list() == ["unknown", "unlike", "unknown"]  # one of ten is heard
     assert (
         rows.filter(pl.col("status") == "unknown").select(pl.exclude("scan_id", "status")).null_count().row(0)
-        == (2,) * 9
+        == (2,) * 10
     )
     assert (found.scans, found.unknown) == (3, 2)
     assert {finding.kind: finding.lines for finding in found.findings} == {
@@ -170,7 +171,9 @@ def test_walks_must_be_told_and_whole(places: Path, tmp_path: Path, monkeypatch:
         located(places / "plain.v2t", tmp_path / "scans.csv", walks=plan)
 
 
-NAMED = ModelOrigin(dataset="small", scans=3, floor_names=(FloorName(building="east", number=1, name="First floor"),))
+HALL = RoomInfo(name="Hall", boxes_m=((0.0, 0.0, 2.9, 9.0), (2.9, 3.0, 3.5, 4.5)))
+EAST_1 = FloorName(building="east", number=1, name="First floor", rooms=(HALL,))
+NAMED = ModelOrigin(dataset="small", scans=3, floor_names=(EAST_1,))
 
 
 def test_known_and_unknown_rows() -> None:
@@ -186,9 +189,9 @@ def test_known_and_unknown_rows() -> None:
     table = located_table(np.array(["a", "b", "c"]), found, NAMED)
     assert dict(table.schema) == LOCATED
     assert table.rows() == [
-        ("a", "ok", "west", 0, None, 1.235, -2.0, None, 2.0, 4.0, 0.7),
-        ("b", "ok", "east", 1, "First floor", 3.0, 4.0, 3.0, 2.0, 4.0, 1.0),
-        ("c", "unknown", *[None] * 9),
+        ("a", "ok", "west", 0, None, None, 1.235, -2.0, None, 2.0, 4.0, 0.7),
+        ("b", "ok", "east", 1, "First floor", "Hall", 3.0, 4.0, 3.0, 2.0, 4.0, 1.0),
+        ("c", "unknown", *[None] * 10),
     ]
     unlike = np.array([True, False, True])
     told = replace(found, unlike=unlike).without(~found.known)

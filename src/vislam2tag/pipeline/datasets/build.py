@@ -18,7 +18,7 @@ from vislam2tag.datasets.description import Description, with_description
 from vislam2tag.datasets.fingerprints import access_points_of, tables_of
 from vislam2tag.datasets.folder import FolderWriter, dataset_folder, is_dataset, open_dataset
 from vislam2tag.datasets.labelled import is_labelled
-from vislam2tag.datasets.model import Dataset, DatasetInfo, Grouping, Storey
+from vislam2tag.datasets.model import Dataset, DatasetInfo, FloorInfo, Grouping, RoomInfo, Storey
 from vislam2tag.datasets.privacy import Privacy, with_privacy
 from vislam2tag.datasets.schema import ACCESS_POINTS, FINGERPRINTS, READINGS
 from vislam2tag.datasets.settings import DatasetSettings
@@ -32,6 +32,7 @@ from vislam2tag.pipeline.datasets.sources import (
     SessionOutcome,
     build_session,
     merged_floors,
+    named_rooms,
     named_sessions,
     open_sources,
     survey_findings,
@@ -120,6 +121,7 @@ def build_dataset(
                     "--ble-with-wifi: no session has BLE readings; remove this option, or record BLE advertisements too"
                 )
             floors, plans = merged_floors(opened)
+            floors = _with_rooms(floors, opened, options)
             todo = list(_session_jobs(opened, scratch.folder("parts"), settings, options.max_sigma_m))
             outcomes = _build_sessions(todo, jobs, progress)
             info = DatasetInfo(
@@ -134,6 +136,21 @@ def build_dataset(
             folder.add_files(plans)
         finish_dataset(folder, info, options.field_work, _walked(opened, outcomes, options))
     return open_dataset(out)
+
+
+def _with_rooms(
+    floors: Sequence[FloorInfo], sources: Sequence[LabelledSource], options: BuildOptions
+) -> tuple[FloorInfo, ...]:
+    """Add the rooms with a name on the plans of sources with a known survey."""
+    found = dict[Storey, tuple[RoomInfo, ...]]()
+    for source in sources:
+        if source.survey is None:
+            continue
+        for floor in read_site(source.survey, follow_links=options.follow_links)[0].floors:
+            found.setdefault(Storey(source.building, floor.number), named_rooms(floor, options.walkable))
+    return tuple(
+        floor.model_copy(update={"rooms": found.get(Storey(floor.building, floor.number), ())}) for floor in floors
+    )
 
 
 def _left_out(sources: Sequence[LabelledSource], *, named: bool) -> list[Finding]:

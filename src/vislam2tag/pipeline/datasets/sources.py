@@ -28,7 +28,7 @@ from vislam2tag.datasets.fingerprints import (
     write_part,
 )
 from vislam2tag.datasets.labelled import LabelledSession, LabelledSurvey, open_labelled, without_sessions
-from vislam2tag.datasets.model import DatasetSource, FloorInfo
+from vislam2tag.datasets.model import DatasetSource, FloorInfo, RoomInfo
 from vislam2tag.datasets.phone_motion import PhoneMotion
 from vislam2tag.datasets.schema import FINGERPRINTS, IMU_WINDOWS, MAGNETIC, RTT, SESSIONS, in_schema
 from vislam2tag.datasets.sensor_windows import imu_windows, magnetic_windows
@@ -41,8 +41,10 @@ from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_of
-from vislam2tag.site.model import unique_slugs
+from vislam2tag.site.model import Floor, unique_slugs
 from vislam2tag.site.plans.load import plan_file
+from vislam2tag.site.rooms import room_boxes
+from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.walked import RADIUS_M
 
 FAILED: FindingKind = "session_without_label"
@@ -354,6 +356,12 @@ def plan_path(building: str, number: int, plan: Path) -> str:
 
 def _floor(record: FloorRecord, building: str, plan: str | None) -> FloorInfo:
     return FloorInfo(building=building, plan=plan, **record.model_dump())
+
+
+def named_rooms(floor: Floor, settings: WalkableSettings | None = None) -> tuple[RoomInfo, ...]:
+    """The rooms and corridors of a floor that have a name; none without a plan."""
+    boxes = room_boxes(floor, settings)
+    return tuple(RoomInfo(name=name, boxes_m=tuple(map(tuple, own.round(2).tolist()))) for name, own in boxes.items())
 
 
 def _refuse_clash(floor: FloorInfo, first: LabelledSource, record: FloorRecord, second: LabelledSource) -> None:

@@ -14,6 +14,7 @@ from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Answer, Finding, Judgement, counted
 from vislam2tag.common.tabular import Frames, TabularResult
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.datasets.folder import dataset_in, is_dataset, open_dataset
 from vislam2tag.datasets.model import SessionTables, each_session
 from vislam2tag.datasets.privacy import hashed, hashed_as_written, key_name
@@ -35,6 +36,7 @@ LOCATED = {
     "building": pl.String,
     "floor": pl.Int64,
     "floor_name": pl.String,
+    "room": pl.String,
     "x": pl.Float64,
     "y": pl.Float64,
     "z": pl.Float64,
@@ -43,7 +45,7 @@ LOCATED = {
     "floor_probability": pl.Float64,
 }
 """Columns: BCS metres; null if the status is ``unknown``; ``z`` if no height was learned;
-``building`` and ``floor_name`` if they have no name. ``unlike``: the scan is unlike all training data."""
+``building``, ``floor_name`` and ``room`` if they have no name. ``unlike``: the scan is unlike all training data."""
 _DECIMALS = 3
 Write = Callable[[str], object]
 _NAMES_KEPT = 100_000
@@ -68,12 +70,23 @@ def located_table(ids: TextArray, found: Positions, origin: ModelOrigin) -> pl.D
         "building": [found.storeys[index].building or None for index in storey.tolist()],
         "floor": found.floor,
         "floor_name": [origin.floor_name(found.storeys[index]) or None for index in storey.tolist()],
+        "room": _rooms(found, storey, origin),
     }
     unknown = pl.col("status") == UNKNOWN
     return pl.DataFrame(columns | numbers, schema=LOCATED).with_columns(
-        pl.when(~unknown).then(pl.col("building", "floor", "floor_name")),
+        pl.when(~unknown).then(pl.col("building", "floor", "floor_name", "room")),
         pl.col(*numbers).round(_DECIMALS).fill_nan(None),
     )
+
+
+def _rooms(found: Positions, storey: IntArray, origin: ModelOrigin) -> list[str | None]:
+    """The room of each position (n); ``storey`` (n,) are the places of their floors."""
+    rooms: list[str | None] = [None] * len(storey)
+    for index in np.unique(storey).tolist():
+        rows = np.flatnonzero(storey == index)
+        for row, name in zip(rows.tolist(), origin.rooms_at(found.storeys[index], found.xy[rows]), strict=True):
+            rooms[row] = name or None
+    return rooms
 
 
 @dataclass(frozen=True, repr=False)

@@ -82,6 +82,8 @@ class Position(_Message):
     floor: int | None
     floor_name: str | None
     """Null if the floor has only a number."""
+    room: str | None
+    """Null if no room with a name is there."""
     x: float | None
     """Metres in the frame of the floor (BCS), as y."""
     y: float | None

@@ -228,9 +228,14 @@ def _origin(dataset: Dataset, technology: str, part: str, scans: int) -> ModelOr
         grouping=next((one for one in info.groupings if one.technology == technology), None),
         beacons=tuple(beacons.collect()["bssid"]) if technology == BOTH else (),
         floor_names=tuple(
-            FloorName(building=floor.building, number=floor.number, name=floor.name)
+            FloorName(
+                building=floor.building,
+                number=floor.number,
+                name=floor.name if is_own_name(floor.name, floor.number) else "",
+                rooms=floor.rooms,
+            )
             for floor in info.floors
-            if is_own_name(floor.name, floor.number)
+            if is_own_name(floor.name, floor.number) or floor.rooms
         ),
         frame=info.frame,
         bssid_key=info.bssid_key,

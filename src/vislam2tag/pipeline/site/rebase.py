@@ -29,7 +29,7 @@ from vislam2tag.labeling.results import RESULTS, RUN_FILE, SUMMARY_FILE, Session
 from vislam2tag.labeling.settings import ProcessSettings
 from vislam2tag.labeling.tables import SCHEMAS, write_table
 from vislam2tag.pipeline.datasets.finish import finish_dataset, read_statistics
-from vislam2tag.pipeline.datasets.sources import plan_path
+from vislam2tag.pipeline.datasets.sources import named_rooms, plan_path
 from vislam2tag.pipeline.labels.label_run import floor_records, site_hashes
 from vislam2tag.site.discover import read_site, site_files
 from vislam2tag.site.frame_change import (
@@ -336,7 +336,8 @@ def _floors(
 
 def _floor(info: FloorInfo, floor: Floor, plan: str | None) -> FloorInfo:
     taken = ("elevation_m", "width_m", "height_m", "lower_left_m", "georeference")
-    return info.model_copy(update={"plan": plan, **{name: getattr(floor, name) for name in taken}})
+    own = {name: getattr(floor, name) for name in taken}
+    return info.model_copy(update={"plan": plan, "rooms": named_rooms(floor), **own})
 
 
 def _changed(dataset: Dataset, name: str, changes: Mapping[int, FrameChange], building: str | None) -> pl.LazyFrame:
