@@ -162,7 +162,7 @@ BEFORE: dict[str, Change] = {
     "copied what Windows and macOS leave in folders": left_by_file_managers,
     "misspelt an entry of corrections.toml": write("survey/corrections.toml", "[[swap_landmark]]\nids = ['1', '2']\n"),
     "corrected a walk that is not there": write("survey/corrections.toml", "[[exclude_session]]\ndevice = 'Pixel'\n"),
-    "labelled a table without times": write("table.csv", "when;co2\n1;400\n"),
+    "labelled a table without times": write("table.csv", "moment;co2\n1;400\n"),
     "labelled by the survey, not its labels": write("table.csv", "time_s\n5\n"),
     "labelled dates as German spreadsheets write them": write("table.csv", "time;co2\n20.12.2021 09:14:05;400\n"),
     "gave a time zone by its short name": write("table.csv", "time,co2\n2021-12-20T09:14:05,400\n"),

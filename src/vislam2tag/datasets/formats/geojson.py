@@ -64,7 +64,7 @@ def georeferences(
     named = ", ".join(f"{building} {floor}".strip() for building, floor in sorted(missing))
     message = (
         f"floors without a georeference ({named}): all coordinates are metres in the frame of each floor, but GIS "
-        "programs read them as degrees; export to geopackage, or add a georeference to site.toml, make the data set "
+        "programs read them as degrees. Export to geopackage, or add a georeference to site.toml, make the data set "
         "again with `dataset --survey`, and export again"
     )
     return {} if missing else known, finding_if(len(missing), "no_georeference", message, file)
