@@ -103,8 +103,8 @@ axes.set(xlabel="error, m", ylabel="share of scans")
 # ```
 #
 # ```text
-# scan_id,status,building,floor,x,y,z,radius_68_m,radius_95_m,...
-# s1,ok,,0,39.366,26.666,,5.104,29.593,1.0
+# scan_id,status,building,floor,floor_name,room,x,y,z,radius_68_m,radius_95_m,...
+# s1,ok,,0,,,39.366,26.666,,5.104,29.593,1.0
 # ```
 #
 # ## Next
