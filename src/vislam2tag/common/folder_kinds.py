@@ -12,7 +12,7 @@ PROCESS, RUN = f"{PROGRAM} process", f"{PROGRAM} run"
 MODEL_SUFFIX = ".v2t"
 _RUN_FILE, _MANIFEST = "run.json", "dataset.json"
 SURVEY = "a survey"
-_FLOOR = re.compile(r"floor_-?\d+")
+FLOOR = re.compile(r"floor_-?\d+")
 
 
 def written_by(folder: Path) -> str | None:
@@ -32,13 +32,13 @@ def written_by(folder: Path) -> str | None:
 
 def is_survey(folder: Path) -> bool:
     """Whether the folder contains folders of floors."""
-    return any(_FLOOR.fullmatch(path.name) for path in folder.glob("floor_*/"))
+    return any(FLOOR.fullmatch(path.name) for path in folder.glob("floor_*/"))
 
 
 def survey_around(path: Path) -> Path | None:
     """The survey that a session's folder, or another folder below a floor, is in; None if it is in none."""
     places = (path.resolve(), *path.resolve().parents[:2])
-    return next((place.parent for place in places if _FLOOR.fullmatch(place.name)), None)
+    return next((place.parent for place in places if FLOOR.fullmatch(place.name)), None)
 
 
 def kind_of(path: Path) -> str:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from pathlib import Path, PurePosixPath
 
 from vislam2tag.common.errors import DatasetError, UsageError
 from vislam2tag.common.files.archives import is_archive, names_in
-from vislam2tag.common.folder_kinds import MODEL_SUFFIX, PROCESS, RUN, SURVEY, kind_of, survey_around, written_by
+from vislam2tag.common.folder_kinds import FLOOR, MODEL_SUFFIX, PROCESS, RUN, SURVEY, kind_of, survey_around, written_by
 from vislam2tag.intake.columns import TIME, find_columns
 from vislam2tag.intake.foreign_table import read_foreign_table
 from vislam2tag.sessions.registry import FORMATS, UNKNOWN_FORMAT, format_in_zip, format_of, recorded_folder
 
-_FLOOR = re.compile(r"floor_-?\d+")
 _WITH_WALK = 4
 """Parts of the path of a survey's file: floor, device, session, file."""
 
@@ -55,7 +53,7 @@ def table_with_times(path: Path, column: str) -> str:
 
 
 def _is_of_survey(name: PurePosixPath) -> bool:
-    return any(map(_FLOOR.fullmatch, name.parts[: 1 - _WITH_WALK]))
+    return any(map(FLOOR.fullmatch, name.parts[: 1 - _WITH_WALK]))
 
 
 def _format_in_archive(path: Path) -> str | None:

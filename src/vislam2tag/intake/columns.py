@@ -21,6 +21,7 @@ from vislam2tag.common.records import Record
 from vislam2tag.intake.cells import length_unit, without_unit
 from vislam2tag.intake.readings import is_address
 
+COLUMNS_FILE = "columns.toml"
 EAST = "e east easting ost ostwert rechts rechtswert rw ecoord xcoord xcoordinate xpos xposition posx"
 NORTH = "n north northing nord nordwert hoch hochwert hw ncoord ycoord ycoordinate ypos yposition posy"
 HEIGHT = "h height elevation altitude hoehe höhe zcoord zcoordinate zpos posz"
@@ -192,7 +193,6 @@ class ColumnNames(Record):
     length_unit: str | None = None
     """Unit of x, y and z, such as ``ft``; metres by default."""
     time_unit: Literal["s", "ms", "us", "ns"] | None = None
-    clock: Literal["boot", "unix"] | None = None
     zone: str | None = None
     """Time zone of times without one, such as ``Europe/Berlin``."""
 
@@ -222,14 +222,11 @@ def read_columns_file(path: Path) -> ColumnNames:
         raise UsageError(str(error)) from error
 
 
-def columns_toml(names: ColumnNames, why: Mapping[str, str] | None = None) -> str:
-    """Write a ``columns.toml``; ``why`` has a comment for some of the entries."""
-    lines = [
-        f"{key} = {toml_value(value)}" + (f"  # {(why or {})[key]}" if key in (why or {}) else "")
-        for key, value in names.model_dump().items()
-        if value is not None
-    ]
-    return "\n".join([*lines, ""])
+def columns_toml(names: Record, why: Mapping[str, str] | None = None) -> str:
+    """Write the stated entries of a ``columns.toml``, or of a section; ``why`` has a comment for some of them."""
+    notes = {key: f"  # {note}" for key, note in (why or {}).items()}
+    entries = names.model_dump(exclude_none=True)
+    return "".join(f"{key} = {toml_value(value)}{notes.get(key, '')}\n" for key, value in entries.items())
 
 
 def is_known(name: str) -> bool:

@@ -17,6 +17,9 @@ from vislam2tag.common.findings import Finding
 from vislam2tag.core.arrays import FloatArray, IntArray
 
 NS_OF = {"nanoseconds": 1, "microseconds": 10**3, "milliseconds": 10**6, "seconds": 10**9}
+UNIT_NAMES = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+NS_IN = {unit: NS_OF[name] for unit, name in UNIT_NAMES.items()}
+"""Nanoseconds in each unit, by its symbol."""
 _GREATEST_NS = 2**63 - 1
 
 

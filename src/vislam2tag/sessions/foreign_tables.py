@@ -18,10 +18,9 @@ from vislam2tag.core.arrays import BoolArray, FloatArray, IntArray
 from vislam2tag.intake.cells import unreadable_cells, with_numbers
 from vislam2tag.intake.columns import KNOWN_NAMES, TIME, find_columns, time_unit
 from vislam2tag.intake.sensor_units import UNIT_IN_NAME, in_sensor_unit, stated_unit, with_axes_in_place
-from vislam2tag.intake.time_units import MAX_STEP_S, ROUNDED, clock_change, rounded_step, shared_times
+from vislam2tag.intake.time_units import MAX_STEP_S, NS_IN, ROUNDED, clock_change, rounded_step, shared_times
 from vislam2tag.sessions.readings import mark_repeated, scan_numbers, sensor_rows, sensor_table
 
-_UNITS_NS = {"s": 1_000_000_000, "ms": 1_000_000, "us": 1000, "ns": 1}
 MOST_NS = 2**62
 """146 years: sums and differences of less than this before and after a clock's zero have a place in 64 bits."""
 _LONGEST_NS = 6 * 3600 * 10**9
@@ -134,11 +133,11 @@ def _numeric_times(
             "2021-12-20T09:14:05+01:00"
         )
     if aligned and clock is None and unit is None and time_unit(values.name) is None:
-        inside = any(_share_inside(numbers[usable] * factor, spans_ns) for factor in _UNITS_NS.values())
-        known = inside or _unix_unit(numbers[usable], list(_UNITS_NS))
+        inside = any(_share_inside(numbers[usable] * factor, spans_ns) for factor in NS_IN.values())
+        known = inside or _unix_unit(numbers[usable], list(NS_IN))
         clock, unit = (None, None) if known else (Clock.BOOT, _boot_unit(numbers[usable]))
     found_clock, found_unit = _clock_and_unit(values.name, numbers[usable], spans_ns, clock, unit)
-    factor = _UNITS_NS[found_unit]
+    factor = NS_IN[found_unit]
     if (step_s := step * factor / 1e9) > MAX_STEP_S:
         raise UsageError(f"column {values.name}: times such as {example} are rounded to {step_s:.3g} s; {ROUNDED}")
     usable &= np.abs(numbers) < MOST_NS / factor
@@ -153,7 +152,7 @@ def _numeric_times(
 def _boot_unit(numbers: FloatArray) -> str:
     """The largest unit in which times since boot are of one recording."""
     span = float(np.ptp(numbers))
-    return next((unit for unit, factor in _UNITS_NS.items() if span * factor < _LONGEST_NS), "ns")
+    return next((unit for unit, factor in NS_IN.items() if span * factor < _LONGEST_NS), "ns")
 
 
 def _clock_and_unit(
@@ -161,9 +160,9 @@ def _clock_and_unit(
 ) -> tuple[Clock, str]:
     """Clock and unit: as given, by the column's name, by rows within walks, by magnitude."""
     unit = unit or time_unit(name)
-    units = list(_UNITS_NS) if unit is None else [unit]
+    units = list(NS_IN) if unit is None else [unit]
     unix = _unix_unit(numbers, units)
-    inside = {each: _share_inside(numbers * _UNITS_NS[each], spans_ns) for each in units}
+    inside = {each: _share_inside(numbers * NS_IN[each], spans_ns) for each in units}
     boot = max(inside, key=lambda each: inside[each])
     if clock is None:
         clock = Clock.BOOT if unix is None or inside[boot] >= _ENOUGH_INSIDE else Clock.UNIX
@@ -184,7 +183,7 @@ def _clock_and_unit(
 def _unix_unit(numbers: FloatArray, units: Sequence[str]) -> str | None:
     """The unit in which numbers are Unix times of this century; None where there is none."""
     middle = float(np.median(np.abs(numbers)))
-    return next((each for each in units if FIRST_UNIX_S <= middle * _UNITS_NS[each] / 1e9 <= _LAST_UNIX_S), None)
+    return next((each for each in units if FIRST_UNIX_S <= middle * NS_IN[each] / 1e9 <= _LAST_UNIX_S), None)
 
 
 def _share_inside(time_ns: FloatArray, spans_ns: IntArray) -> float:

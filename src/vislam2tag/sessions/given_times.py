@@ -12,12 +12,9 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding, at_lines_if
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.columns import find_columns, shown, time_unit
-from vislam2tag.intake.time_units import FRAMES
+from vislam2tag.intake.time_units import FRAMES, NS_IN
 from vislam2tag.sessions.foreign_tables import MOST_NS, table_times
-from vislam2tag.sessions.walk_tables import have_dates
-
-NS_IN = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}
-_ZONE = r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
+from vislam2tag.sessions.walk_tables import ZONE, have_dates
 
 
 @dataclass(frozen=True)
@@ -80,9 +77,9 @@ def _time_column(frame: pl.DataFrame, table: str, column: str) -> tuple[str, str
 
 
 def _of_dates(texts: pl.Series, name: str, where: str) -> GivenTimes:
-    zoned = texts.drop_nulls().str.contains(_ZONE)
+    zoned = texts.drop_nulls().str.contains(ZONE)
     if zoned.any() and not zoned.all():
-        row = int((~texts.str.contains(_ZONE)).fill_null(value=False).arg_max() or 0)
+        row = int((~texts.str.contains(ZONE)).fill_null(value=False).arg_max() or 0)
         raise UsageError(f"{where}, row {row + 1}: {texts[row]!r} has no time zone, but other rows have one; add it")
     local = not zoned.any()
     try:

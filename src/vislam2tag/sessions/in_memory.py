@@ -16,10 +16,10 @@ from vislam2tag.common.given_tables import GivenTable, frame_of
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.intake.columns import find_columns, shown
-from vislam2tag.intake.time_units import FRAMES
+from vislam2tag.intake.time_units import FRAMES, NS_IN
 from vislam2tag.sessions.apps import in_acs
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
-from vislam2tag.sessions.given_times import NS_IN, GivenTimes, given_times, refuse_mixed_dates
+from vislam2tag.sessions.given_times import GivenTimes, given_times, refuse_mixed_dates
 from vislam2tag.sessions.model import FileRecord, Session
 from vislam2tag.sessions.pose_axes import plausible_axes
 from vislam2tag.sessions.readings import SENSOR_SCHEMA, pressure_log, sensor_table

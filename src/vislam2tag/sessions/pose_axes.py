@@ -11,6 +11,7 @@ from vislam2tag.core.transforms import rotated
 from vislam2tag.intake.pose_conventions import MAX_HEAVE, MIN_AHEAD, MIN_FRAMES, MIN_LEVEL, SAME_AHEAD
 from vislam2tag.intake.pose_evidence import MIN_WAY_M, PoseEvidence, Poses, Sights
 from vislam2tag.sessions.apps import in_acs
+from vislam2tag.sessions.sighting_poses import HALF_TURN
 
 XYZW, WXYZ = (3, 4, 5, 6), (4, 5, 6, 3)
 """Places of x, y, z and w of a quaternion in poses (n, 7)."""
@@ -82,10 +83,10 @@ def offsets_apart_m(poses: FloatArray, offsets: FloatArray, landmark: IntArray) 
     apart = np.full((2, 2), np.nan)
     if not (count > 1).any():
         return apart
-    unit = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1)[:, None]
+    unit = _unit(poses)
     for inverted, opposite in np.ndindex(2, 2):
         turn = unit * _INVERTED[3:] if inverted else unit
-        at = poses[:, :3] + rotated(turn, offsets * (1.0, -1.0, -1.0) if opposite else offsets)
+        at = poses[:, :3] + rotated(turn, offsets * HALF_TURN if opposite else offsets)
         middle = np.column_stack([np.bincount(index, axis) / count for axis in at.T])
         square = np.bincount(index, np.sum((at - middle[index]) ** 2, axis=1), len(names)) / count
         apart[inverted, opposite] = np.median(np.sqrt(square[count > 1]))
@@ -121,5 +122,10 @@ def _possible(
 
 
 def _evidence(time_ns: IntArray, poses: FloatArray) -> PoseEvidence:
-    unit = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1)[:, None]
-    return PoseEvidence.of(Poses.of(time_ns, poses[:, :3], unit), None, _NO_SIGHTS)
+    return PoseEvidence.of(Poses.of(time_ns, poses[:, :3], _unit(poses)), None, _NO_SIGHTS)
+
+
+def _unit(poses: FloatArray) -> FloatArray:
+    """The quaternions of poses (n, 7) with length 1."""
+    unit: FloatArray = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1)[:, None]
+    return unit

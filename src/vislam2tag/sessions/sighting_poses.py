@@ -12,6 +12,8 @@ from vislam2tag.sessions.apps import in_acs
 
 AT_REST = (0.0, 0.0, 0.0, 1.0)
 """The orientation of landmarks whose own is not known."""
+HALF_TURN = (1.0, -1.0, -1.0)
+"""Signs between the axes of a camera with y up and of one with y down."""
 
 
 def at_frames(camera: CameraTrack, time_ns: IntArray, most_apart_ns: int) -> IntArray:
@@ -40,7 +42,7 @@ def of_offsets(offset: FloatArray, time_ns: IntArray, camera: CameraTrack, axes:
     frame_ns = camera.time_ns[frames]
     closest = frames[closest_places(frame_ns, time_ns)]
     at = np.column_stack([np.interp(time_ns, frame_ns, axis) for axis in camera.position_acs[frames].T])
-    ours = offset * (1.0, -1.0, -1.0) if axes == "y-down" else offset
+    ours = offset * HALF_TURN if axes == "y-down" else offset
     return np.column_stack((at + rotated(camera.orientation_acs[closest], ours), np.tile(AT_REST, (len(offset), 1))))
 
 

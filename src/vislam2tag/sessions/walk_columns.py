@@ -15,8 +15,10 @@ from vislam2tag.common.errors import UsageError
 from vislam2tag.common.files.toml_file import toml_value
 from vislam2tag.common.records import Record
 from vislam2tag.intake.columns import (
+    COLUMNS_FILE,
     Column,
     address_column,
+    columns_toml,
     given_column,
     matching_columns,
     missing_column,
@@ -24,7 +26,6 @@ from vislam2tag.intake.columns import (
     shown,
 )
 
-COLUMNS_FILE = "columns.toml"
 SENSORS: Mapping[str, str] = {"acc": "ACC", "gyro": "GYRO", "mag": "MAG", "pressure": "PRESSURE"}
 """Kinds of tables that are of one sensor: its type in the table ``sensors``."""
 _SENSOR_NAMES = {
@@ -144,14 +145,8 @@ class WalkColumns(Record):
     @property
     def text(self) -> str:
         """The sections that have entries, as TOML."""
-        parts = []
-        for kind in type(self).model_fields:
-            entries = {key: value for key, value in self.of(kind).model_dump().items() if value is not None}
-            if entries:
-                parts.append(
-                    "\n".join((f"[{kind}]", *(f"{key} = {toml_value(value)}" for key, value in entries.items()), ""))
-                )
-        return "\n".join(parts)
+        sections = ((kind, columns_toml(self.of(kind))) for kind in type(self).model_fields)
+        return "\n".join(f"[{kind}]\n{entries}" for kind, entries in sections if entries)
 
 
 def candidates(columns: Sequence[str], kind: str) -> dict[str, list[Column]]:

@@ -9,14 +9,13 @@ from pathlib import Path
 from vislam2tag.common.errors import SurveyError
 from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.files.toml_file import read_toml
-from vislam2tag.intake.columns import matching_columns
+from vislam2tag.intake.columns import COLUMNS_FILE, matching_columns
 from vislam2tag.sessions.foreign_tables import (
     SENSOR_COLUMNS,
     sensor_columns,
 )
 from vislam2tag.sessions.registry import HEAD_BYTES, TABLE_SUFFIXES
 from vislam2tag.sessions.walk_columns import (
-    COLUMNS_FILE,
     TableColumns,
     WalkColumns,
     fits,
@@ -88,15 +87,15 @@ def first_lines(path: Path) -> list[list[str]]:
     return lines
 
 
-def has_poses(path: Path, given: TableColumns) -> bool:
-    """Whether a file's columns are those of poses, also as ``given``, or its name says so and it names others."""
-    if given.file == path.name:
+def has_poses(file: str, lines: Sequence[Sequence[str]], given: TableColumns) -> bool:
+    """Whether one of a file's first lines names the columns of poses, also as ``given``, or the file's name says so."""
+    if given.file == file:
         return True
-    for columns in first_lines(path):
-        if kind_of(path.name, columns) == "poses" or fits(columns, "poses", given):
+    for columns in lines:
+        if kind_of(file, columns) == "poses" or fits(columns, "poses", given):
             return True
         letters = [name for name in columns if name[:1].isalpha() and name.lower() not in ("nan", "inf")]
-        if named_as_poses(path.name) and len(columns) >= 4 and len(letters) > len(columns) / 2:
+        if named_as_poses(file) and len(columns) >= 4 and len(letters) > len(columns) / 2:
             return True
     return False
 

@@ -16,12 +16,13 @@ from vislam2tag.common.files.toml_file import read_toml, toml_value
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.intake.cells import length_unit, unreadable_cells, with_numbers
-from vislam2tag.intake.columns import Column, matching_columns, shown
+from vislam2tag.intake.columns import COLUMNS_FILE, Column, matching_columns, shown
 from vislam2tag.intake.foreign_table import read_foreign_table
 from vislam2tag.intake.time_units import (
     MAX_STEP_S,
-    NS_OF,
+    NS_IN,
     ROUNDED,
+    UNIT_NAMES,
     Steps,
     ns_of_seconds,
     recognised_ns,
@@ -35,7 +36,6 @@ from vislam2tag.sessions.foreign_tables import (
 from vislam2tag.sessions.model import FileRecord
 from vislam2tag.sessions.session_files import MISSING, SessionFiles
 from vislam2tag.sessions.walk_columns import (
-    COLUMNS_FILE,
     SENSORS,
     TableColumns,
     WalkColumns,
@@ -53,12 +53,11 @@ from vislam2tag.sessions.walk_files import (
     tables_in,
 )
 
-_UNITS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
 _SAMPLE, _SHOWN = 50, 5
 _RADIO = {"wifi": r"^\s*wi-?fi|^\s*wlan", "ble": r"^\s*bl|^\s*bt\b"}
 """Words for technologies, by the kind of table that has their readings."""
 _OF_BOTH_RADIOS = ("time", "time_unit", "zone", "address", "level", "technology")
-_DATE, _ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
+_DATE, ZONE = r"^\d{4}[-/]\d\d[-/]\d\d[T _-]", r"(?:[Zz]|[+-]\d\d:?(?:\d\d)?)$"
 
 
 @dataclass
@@ -245,12 +244,12 @@ class WalkTables:
             )
         whole = exact.null_count() == 0
         stated = table.given.time_unit or column.unit
-        if stated is not None and np.abs(values).max() * NS_OF[_UNITS[stated]] >= MOST_NS:
+        if stated is not None and np.abs(values).max() * NS_IN[stated] >= MOST_NS:
             raise UsageError(
-                f"{table.file}: column {column.name}: {values[0]:.15g} is not a time in {_UNITS[stated]}; write the "
-                f'unit to {COLUMNS_FILE}: [{table.kind}] time_unit = "ns"'
+                f"{table.file}: column {column.name}: {values[0]:.15g} is not a time in {UNIT_NAMES[stated]}; write "
+                f'the unit to {COLUMNS_FILE}: [{table.kind}] time_unit = "ns"'
             )
-        factor = NS_OF[_UNITS[stated or ("ns" if whole else "s")]]
+        factor = NS_IN[stated or ("ns" if whole else "s")]
         read_ns = (
             (exact * factor).to_numpy() if whole else np.round(values * factor).clip(-MOST_NS, MOST_NS).astype(int)
         )
@@ -260,11 +259,11 @@ class WalkTables:
             time_ns, _ = ns_of_seconds(values, steps, table.file)
         else:
             rate_ns = read_ns if alike is None else read_ns[(rows[alike] == rows[alike].mode()[0]).to_numpy()]
-            words = _UNITS[stated or "ns"]
+            words = UNIT_NAMES[stated or "ns"]
             time_ns, other = recognised_ns(read_ns, rate_ns, steps, table.file, words, clock_ns)
             self.files.findings += [] if stated is None else other
         unit = _unit_of(values, time_ns) or stated or "ns"
-        if step * NS_OF[_UNITS[unit]] / 1e9 > MAX_STEP_S:
+        if step * NS_IN[unit] / 1e9 > MAX_STEP_S:
             raise UsageError(f"{table.file}: column {column.name}: times such as {example} are rounded; {ROUNDED}")
         self.noted(table, time_unit=unit)
         return replace(table, rows=rows.with_columns(time_ns=pl.Series(time_ns)))
@@ -358,7 +357,7 @@ def have_dates(texts: pl.Series) -> bool:
 
 def _are_local(texts: pl.Series) -> bool:
     """Whether times are dates without a time zone."""
-    return have_dates(texts) and not texts.str.contains(_ZONE).any()
+    return have_dates(texts) and not texts.str.contains(ZONE).any()
 
 
 def _time_column(rows: pl.DataFrame, given: TableColumns) -> str | None:
@@ -373,4 +372,4 @@ def _unit_of(values: FloatArray, time_ns: IntArray) -> str | None:
     if values[greatest] == 0 or time_ns[greatest] == 0:
         return None
     factor = time_ns[greatest] / values[greatest]
-    return min(_UNITS, key=lambda unit: abs(np.log(NS_OF[_UNITS[unit]] / factor)))
+    return min(NS_IN, key=lambda unit: abs(np.log(NS_IN[unit] / factor)))

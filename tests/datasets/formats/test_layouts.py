@@ -13,7 +13,8 @@ import polars as pl
 import pytest
 
 from vislam2tag import api
-from vislam2tag.pipeline.datasets.import_export import COLUMNS_FILE, ImportOptions, import_format
+from vislam2tag.intake.columns import COLUMNS_FILE
+from vislam2tag.pipeline.datasets.import_export import ImportOptions, import_format
 
 POINTS = 6
 ADDRESSES = [f"02:1a:00:00:00:0{number}" for number in range(1, POINTS + 1)]

@@ -9,7 +9,8 @@ import pytest
 
 from vislam2tag import api
 from vislam2tag.common.errors import DatasetError, UsageError
-from vislam2tag.pipeline.datasets.import_export import COLUMNS_FILE, ImportOptions, import_format
+from vislam2tag.intake.columns import COLUMNS_FILE
+from vislam2tag.pipeline.datasets.import_export import ImportOptions, import_format
 
 A, B = "02:1a:00:00:00:01", "02:1a:00:00:00:02"
 

@@ -52,7 +52,7 @@ from vislam2tag.intake.fillers import never_not_heard
 from vislam2tag.intake.foreign_table import SUFFIXES, ForeignTable, read_foreign_table
 from vislam2tag.intake.level_scales import NOT_HEARD, LevelScale
 from vislam2tag.intake.readings import NO_ADDRESS, admitted, is_masked, normal_addresses
-from vislam2tag.intake.time_units import NS_OF, are_dates, unix_unit
+from vislam2tag.intake.time_units import NS_IN, NS_OF, are_dates, unix_unit
 from vislam2tag.site.georeference import Georeference, from_wgs84
 
 FORMAT = "table"
@@ -232,12 +232,10 @@ def _times(texts: pl.Series, column: Column, names: ColumnNames, file: str) -> t
     odd = list[Finding]()
     numbers = texts.str.replace(",", ".", literal=True).cast(pl.Float64, strict=False)
     if numbers.null_count() < len(texts) / 2:
-        unit = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}.get(
-            names.time_unit or column.unit or "", unix_unit(numbers.drop_nulls().to_numpy())
-        )
+        stated = names.time_unit or column.unit
+        factor = NS_IN[stated] if stated else NS_OF[unix_unit(numbers.drop_nulls().to_numpy())]
         exact = texts.cast(pl.Int64, strict=False)
         whole = exact if exact.null_count() <= numbers.null_count() else None
-        factor = NS_OF[unit]
         time_ns = (numbers * factor).round().cast(pl.Int64, strict=False) if whole is None else whole * factor
         time_ns = time_ns.set(~are_dates(time_ns / 1e9).fill_null(value=False), None)
     else:

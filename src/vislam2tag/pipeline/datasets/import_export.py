@@ -51,7 +51,7 @@ from vislam2tag.datasets.labelled import is_labelled
 from vislam2tag.datasets.model import Dataset
 from vislam2tag.datasets.privacy import NOMAP_LEFT_OUT, Privacy, with_privacy
 from vislam2tag.datasets.writing import left_out, left_out_of_dataset
-from vislam2tag.intake.columns import ColumnNames, columns_toml, read_columns_file
+from vislam2tag.intake.columns import COLUMNS_FILE, ColumnNames, columns_toml, read_columns_file
 from vislam2tag.intake.extents import fingerprint_problem
 from vislam2tag.intake.level_scales import LevelScale
 from vislam2tag.labeling.tables import SCHEMAS
@@ -88,10 +88,6 @@ class ImportOptions:
     """What the numbers in these formats mean, if they are not dBm."""
     columns: AnyPath | None = None
     """A ``columns.toml`` that names the columns of a table of the user's own."""
-
-
-COLUMNS_FILE = "columns.toml"
-"""How the columns of a table of the user's own were read, in the folder of the data set."""
 
 
 def import_format(

@@ -133,8 +133,7 @@ def _tables(path: Path) -> tuple[dict[str, pl.DataFrame], pl.DataFrame | None]:
     used = camera.usable
     if not used.any():
         return dict(session.tables), None
-    x, up, z = camera.position_acs[used].T
-    del up
+    x, _, z = camera.position_acs[used].T
     return dict(session.tables), pl.DataFrame({"time_ns": camera.time_ns[used], "x": x, "y": -z})
 
 

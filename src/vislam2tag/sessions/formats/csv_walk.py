@@ -14,7 +14,7 @@ from vislam2tag.common.errors import SessionError, SurveyError, UsageError
 from vislam2tag.core.arrays import FloatArray, IntArray
 from vislam2tag.core.tracks import CameraTrack, LandmarkLog
 from vislam2tag.intake.cells import LENGTHS_M
-from vislam2tag.intake.columns import given_column, matching_columns, missing_column, plain_name
+from vislam2tag.intake.columns import COLUMNS_FILE, given_column, matching_columns, missing_column, plain_name
 from vislam2tag.intake.pose_conventions import PERSON_M_S
 from vislam2tag.intake.pose_evidence import FAST_M_S
 from vislam2tag.intake.time_units import ANY, FRAMES, READINGS, Steps
@@ -38,7 +38,6 @@ from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.sighting_poses import at_frames, closest_places, of_offsets, of_positions
 from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
 from vislam2tag.sessions.walk_columns import (
-    COLUMNS_FILE,
     SENSOR_TYPES,
     SENSORS,
 )
@@ -80,10 +79,10 @@ class CsvWalk:
         """
         if not folder.is_dir():
             return False
-        tables, given = tables_in(folder), given_poses(folder)
-        published = set(FILE_NAMES["poses"]) & {path.name for path in tables}
-        if not any(has_poses(path, given) for path in tables) and (
-            published or not any(partly_poses(path.name, line) for path in tables for line in first_lines(path))
+        tables, given = {path.name: first_lines(path) for path in tables_in(folder)}, given_poses(folder)
+        published = set(FILE_NAMES["poses"]) & tables.keys()
+        if not any(has_poses(file, lines, given) for file, lines in tables.items()) and (
+            published or not any(partly_poses(file, line) for file, lines in tables.items() for line in lines)
         ):
             return False
         others = (known for name, known in FORMATS.all().items() if name not in (NAME, "published"))
@@ -148,10 +147,8 @@ class _Reader:
         return self.files.noted(camera_track(rows, table.file, settings))
 
     def _landmarks(self, camera: CameraTrack) -> LandmarkLog:
-        table, findings = (
-            self.tables.times(self.tables.only("sightings"), FRAMES, clock_of(camera)),
-            self.files.findings,
-        )
+        table = self.tables.times(self.tables.only("sightings"), FRAMES, clock_of(camera))
+        findings = self.files.findings
         findings += clock_mismatch(table.time_ns, table.file, camera)
         time_ns = table.time_ns
         if {"dx", "dy", "dz"} <= table.roles.keys():

@@ -51,7 +51,7 @@ function report(positions) {
   const index = model.floors.findIndex((one) => one.floor === last.floor && one.building === (last.building ?? ""));
   if (JSON.stringify(last) !== shown) part("floor").selectedIndex = index;
   shown = JSON.stringify(last);
-  part("said").textContent = `${last.scan_id}: ${last.building ?? ""} ${last.floor_name ?? ""} floor ${last.floor}, ${last.room ?? ""} x ${last.x.toFixed(1)} m, `
+  part("said").textContent = `${last.scan_id}: ${last.building ?? ""} ${last.floor_name ?? ""} floor ${last.floor}, ${last.room ? last.room + ", " : ""}x ${last.x.toFixed(1)} m, `
     + `y ${last.y.toFixed(1)} m; radius ${last.radius_68_m.toFixed(1)} m (68 %), `
     + `${last.radius_95_m.toFixed(1)} m (95 %)`
     + (last.status === "unlike" ? ". The scan is unlike all training data: do not rely on this position" : "");
