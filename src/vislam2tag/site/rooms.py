@@ -107,7 +107,8 @@ def rooms_of(floor: Floor, settings: WalkableSettings | None = None) -> FloorRoo
 def room_boxes(floor: Floor, settings: WalkableSettings | None = None) -> dict[str, FloatArray]:
     """Rectangles (b, 4) that cover each room or corridor with a name: x0, y0, x1, y1, BCS metres.
 
-    Empty if no room has a name, or the floor has no plan with walkable space.
+    Empty if no room has a name, or the floor has no plan with walkable space. Raises ModuleNotFoundError if the extra
+    for its plan is not installed.
     """
     try:
         if floor.rooms is None and (floor.plan is None or not names_on_plan(floor_plan(floor))):

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vislam2tag.common.errors import DatasetError, UsageError
+from vislam2tag.common.errors import DatasetError, UsageError, missing_extra
 from vislam2tag.common.files.folder import Folder
 from vislam2tag.common.files.given_files import read_bytes
 from vislam2tag.common.findings import Finding, FindingKind, Severity, finding_if, pooled
@@ -43,7 +43,6 @@ from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_of
 from vislam2tag.site.model import Floor, unique_slugs
 from vislam2tag.site.plans.load import plan_file
-from vislam2tag.site.rooms import room_boxes
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.walked import RADIUS_M
 
@@ -359,8 +358,15 @@ def _floor(record: FloorRecord, building: str, plan: str | None) -> FloorInfo:
 
 
 def named_rooms(floor: Floor, settings: WalkableSettings | None = None) -> tuple[RoomInfo, ...]:
-    """The rooms and corridors of a floor that have a name; none without a plan."""
-    boxes = room_boxes(floor, settings)
+    """The rooms and corridors of a floor that have a name; none without a plan, or without the extra that reads it."""
+    try:
+        from vislam2tag.site.rooms import room_boxes  # packages of extras
+
+        boxes = room_boxes(floor, settings)
+    except ModuleNotFoundError as error:
+        if missing_extra(error) is None:
+            raise
+        return ()  # the coverage of the floor names the extra
     return tuple(RoomInfo(name=name, boxes_m=tuple(map(tuple, own.round(2).tolist()))) for name, own in boxes.items())
 
 
