@@ -14,6 +14,7 @@ import numpy as np
 import polars as pl
 from PIL import Image
 from tests.estimation.dead_reckoning.ilc20 import make_site
+from tests.sessions.formats.test_csv_walk import foreign_names, raw
 from tests.site.plans import drawn_floor
 from tests.studio.receiving.zips import session_zip
 
@@ -32,9 +33,11 @@ from vislam2tag.preparation.registration.tape_and_clicks import read_distances, 
 from vislam2tag.quality.evaluation.press_truth import read_route
 from vislam2tag.quality.evaluation.station_frame import read_shots, read_station_track
 from vislam2tag.quality.evaluation.trajectory_files import READERS
+from vislam2tag.sessions.prepared import SessionTask, prepared_session
+from vislam2tag.sessions.registry import open_survey
 from vislam2tag.settings import part_of, setting_fields
 from vislam2tag.site.corrections import edits as correction_lines
-from vislam2tag.site.corrections.file import read_corrections
+from vislam2tag.site.corrections.file import Corrections, read_corrections
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.settings import SETTINGS_FILE
 from vislam2tag.studio.receiving.zips import unpack
@@ -44,7 +47,7 @@ HANG_S = 60
 CORPUS = Path(__file__).resolve().parents[1] / "tests" / "corpus"
 """Small files kept in the repository: formats that the program does not write, and what once broke it."""
 _SMALL = (
-    *("--floors", "1", "--devices", "1", "--sessions", "2", "--landmark-count", "20", "--minutes", "0.25"),
+    *("--floors", "1", "--devices", "1", "--sessions", "2", "--landmark-count", "20"),
     *("--seed", "1", "--pressure", "--severity", "mild", "--locale", "en"),
 )
 _BUILDING = "[simulation.building]\nwidth_m = 30.0\nheight_m = 24.0\n"
@@ -72,17 +75,18 @@ def make_bases(root: Path, *, for_commands: bool) -> None:
             partial = root / f".{name}"
             shutil.rmtree(partial, ignore_errors=True)
             partial.mkdir()
-            _apart(lambda make=make, partial=partial: make(root, partial))  # type: ignore[misc]
+            apart(lambda make=make, partial=partial: make(root, partial))  # type: ignore[misc]
             partial.rename(root / name)
 
 
-def _apart(make: Callable[[], None]) -> None:
+def apart(make: Callable[[], None]) -> None:
+    """Do this in a forked process; raises SystemExit if it fails."""
     child = os.fork()
     if not child:
         try:
             make()
         except SystemExit as ended:
-            os._exit(ended.code if isinstance(ended.code, int) else 0)
+            os._exit(ended.code if isinstance(ended.code, int) else ended.code is not None)
         except BaseException as error:
             print(f"a base cannot be made: {error!r}", file=sys.stderr)
             os._exit(1)
@@ -98,7 +102,7 @@ def _simulated(*options: str) -> Callable[[Path, Path], None]:
         building = root / "building.toml"
         building.write_text(_BUILDING, encoding="utf-8")
         out.rmdir()
-        _apart(lambda: cli("simulate", out, *_SMALL, "--config", building, *options))
+        apart(lambda: cli("simulate", out, *_SMALL, "--minutes", "0.25", "--config", building, *options))
         (out / SETTINGS_FILE).write_text(_all_settings(), encoding="utf-8")
 
     return make
@@ -153,7 +157,7 @@ def _labels(survey: str) -> Callable[[Path, Path], None]:
     """Without the page, which nothing reads."""
 
     def make(root: Path, out: Path) -> None:
-        _apart(lambda: cli("process", root / survey, "--out", out, "--jobs", "1"))
+        apart(lambda: cli("process", root / survey, "--out", out, "--jobs", "1"))
         (out / "report.html").unlink()
 
     return make
@@ -161,13 +165,13 @@ def _labels(survey: str) -> Callable[[Path, Path], None]:
 
 def _set(root: Path, out: Path) -> None:
     out.rmdir()
-    _apart(lambda: cli("dataset", root / "labels", "--survey", root / "survey", "--out", out, "--jobs", "1"))
+    apart(lambda: cli("dataset", root / "labels", "--survey", root / "survey", "--out", out, "--jobs", "1"))
     (out / "report.html").unlink()
 
 
 def _received(root: Path, out: Path) -> None:
     """A survey that a zip was filed in, one of whose uploads is unfinished."""
-    _apart(lambda: cli("receive", out, root / "small" / "zip" / "session.zip"))
+    apart(lambda: cli("receive", out, root / "small" / "zip" / "session.zip"))
     waiting = out / ".receiving"
     waiting.mkdir(exist_ok=True)
     (waiting / f"{'a' * 64}.500.part").write_bytes(b"PK")
@@ -197,17 +201,41 @@ def _tables(root: Path, out: Path) -> None:
 
 
 def _attached(root: Path, out: Path) -> None:
-    """A survey with a second device's table that is tied to its first walk."""
-    shutil.copytree(root / "survey", out, dirs_exist_ok=True)
+    """A survey with a second device's table that is tied to its first walk, which is long enough for that."""
+    out.rmdir()
+    apart(lambda: cli("simulate", out, *_SMALL, "--minutes", "1", "--config", root / "building.toml"))
     (out / "other").mkdir()
-    shutil.copy(root / "tables" / "heard.parquet", out / "other")
-    cli("attach", first_walk(out), out / "other" / "heard.parquet", "--by", "levels")
+    heard = raw(first_walk(out))["wifi.csv"]
+    heard[["t", "mac", "rssi"]].to_csv(out / "other" / "heard.csv", index=False)
+    cli("attach", first_walk(out), out / "other" / "heard.csv", "--by", "levels")
+
+
+def _csv_walk(root: Path, out: Path) -> None:
+    """A survey whose walks are tables with headers, some of them named in columns.toml."""
+    shutil.copytree(root / "survey", out, dirs_exist_ok=True)
+    for folder in out.glob("floor_0/*/*/"):
+        tables = raw(folder)
+        for name in tables:
+            (folder / name).unlink()
+        foreign_names(tables, folder)
+
+
+def _own_tables(root: Path, out: Path) -> None:
+    """Tables of fingerprints, wide and long."""
+    points = pl.read_parquet((root / "set" / "fingerprints.parquet").read_bytes()).select("scan_id", "x", "y", "floor")
+    readings = pl.read_parquet((root / "set" / "readings.parquet").read_bytes())
+    for kind in ("long", "wide"):
+        (out / kind).mkdir()
+    heard = readings.select("scan_id", "bssid", "rssi_dbm")
+    points.join(heard, on="scan_id", maintain_order="left_right").write_csv(out / "long" / "points.csv")
+    wide = heard.pivot("bssid", index="scan_id", values="rssi_dbm", aggregate_function="first").fill_null(100)
+    points.join(wide, on="scan_id", maintain_order="left").write_csv(out / "wide" / "points.csv", separator=";")
 
 
 def _fleet(root: Path, out: Path) -> None:
     """A fleet of one survey, mapped."""
-    _apart(lambda: cli("fleet", "add", out, root / "survey"))
-    _apart(lambda: cli("fleet", "process", out, "--jobs", "1"))
+    apart(lambda: cli("fleet", "add", out, root / "survey"))
+    apart(lambda: cli("fleet", "process", out, "--jobs", "1"))
 
 
 def _made_by(*command: str) -> Callable[[Path, Path], None]:
@@ -221,7 +249,7 @@ def _made_by(*command: str) -> Callable[[Path, Path], None]:
 
 def _gia(root: Path, out: Path) -> None:
     """The layout, with as few readings as a quick run needs."""
-    _apart(lambda: cli("export", root / "labels", "--format", "gia", "--out", out))
+    apart(lambda: cli("export", root / "labels", "--format", "gia", "--out", out))
     for sensors in out.rglob("sensors_annotated.csv"):
         sensors.write_text("".join(sensors.read_text().splitlines(keepends=True)[:200]))
 
@@ -271,7 +299,9 @@ _BASES: dict[str, Callable[[Path, Path], None]] = {
     "tables": _tables,
     "attached": _attached,
     "fleet": _fleet,
+    "csvwalk": _csv_walk,
     "set": _set,
+    "owntables": _own_tables,
     "ran": _ran,
     "benchmarked": _benchmarked,
     "uji": _made_by("export", "--format", "uji"),
@@ -331,6 +361,12 @@ def _import(folder: Path, out: Path) -> None:
         pl.collect_all(dataset.tables.values())
     except pl.exceptions.PolarsError as error:  # as where the data set is written
         raise DatasetError(first_line(error)) from error
+
+
+def _walks(run: Run) -> None:
+    survey = open_survey(run.base)
+    for session in survey.sessions:
+        prepared_session(SessionTask(session, survey.site, Corrections()))
 
 
 def _import_below(name: str) -> Callable[[Run], object]:
@@ -419,6 +455,8 @@ READERS_ATTACKED: tuple[Target, ...] = (
         _reader(f"import {name}", "imports", (f"{name}/**/*",), _import_below(name))
         for name in ("getsensordata", "ilc20", "tampere", "uts", "tampere_zip", "uts_tar")
     ),
+    *(_reader(f"import {name} table", "owntables", (f"{name}/*",), _import_below(name)) for name in ("long", "wide")),
+    _reader("walk as CSV", "csvwalk", ("floor_0/*/*.toml", "floor_0/*/*/*.csv"), _walks),
     *(
         _reader(f"import {name}", name, ("**/*",), lambda run: _import(run.base, run.out))
         for name in ("uji", "comford", "parquet", "gia")

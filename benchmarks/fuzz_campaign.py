@@ -41,12 +41,13 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
-from fuzz_bases import HANG_S, READERS_ATTACKED, Run, Target, make_bases  # noqa: E402
+from fuzz_bases import HANG_S, READERS_ATTACKED, Run, Target, apart, make_bases  # noqa: E402
 from fuzz_commands import commands  # noqa: E402
 from fuzz_mutations import damage, remove  # noqa: E402
 
 import vislam2tag  # noqa: E402
 from vislam2tag.common.errors import Vislam2tagError  # noqa: E402
+from vislam2tag.datasets.table_columns import DRAFT_BELOW  # noqa: E402
 from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402
 from vislam2tag.pipeline.labels.session import code_of  # noqa: E402
 from vislam2tag.studio.receiving.uploads import WORK_FOLDER  # noqa: E402
@@ -127,7 +128,7 @@ def attack(target: Target, numbers: range, out: Path) -> Iterator[Outcome]:
         works = [partial(_damage_and_work, target, number, (out / "bases").resolve(), scratch) for number in numbers]
         for number, outcome in zip(numbers, run_apart(works, target.codes, notes), strict=True):
             if outcome.fault:
-                _keep(target, number, outcome, out)
+                apart(partial(_keep, target, number, outcome, out))
             yield outcome
 
 
@@ -331,8 +332,12 @@ def _code_of(work: Callable[[], object], output: Path) -> int:
         code = 0
     except SystemExit as ended:
         code = ended.code if isinstance(ended.code, int) else 0
-    except (Vislam2tagError, OSError) as error:
-        code = 0 if "\n" not in str(error) or not isinstance(error, Vislam2tagError) else _FAULT
+    except Vislam2tagError as error:
+        message, *_ = str(error).split(DRAFT_BELOW)
+        code = _FAULT if "\n" in message else 0
+        print(error)
+    except OSError:
+        code = 0
     except BaseException:
         traceback.print_exc()
         code = _FAULT

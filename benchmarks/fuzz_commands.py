@@ -199,7 +199,7 @@ _WRITE_THERE: dict[str, tuple[str, tuple[str, ...], str]] = {
     "attach": (
         "attached",
         ("other/*", "floor_0/*/*/*"),
-        "attach {walk} {base}/other/heard.parquet --by levels --replace",
+        "attach {walk} {base}/other/heard.csv --by levels --replace",
     ),
     **{
         f"fleet {verb}": ("fleet", ("*", "*/*", "surveys/**/*"), f"fleet {verb} {{base}}")

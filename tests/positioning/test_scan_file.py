@@ -47,6 +47,9 @@ def test_csv_and_json_lines_say_the_same(tmp_path: Path) -> None:
     assert read(written(tmp_path / "scans.csv", table)) == (expected, {})
     assert read(written(tmp_path / "scans.JSONL", lines)) == (expected, {})
     assert list(read(tmp_path / "scans.csv")[0]) == ["b", "a"]
+    (tmp_path / "utf16.csv").write_text(table.removeprefix("\ufeff"), encoding="utf-16")
+    assert is_scan_file(tmp_path / "utf16.csv")
+    assert read(tmp_path / "utf16.csv") == (expected, {})
 
 
 def test_bad_lines_of_csv_are_counted_and_their_scans_stay(tmp_path: Path) -> None:

@@ -37,6 +37,8 @@ UUID = r"[0-9a-f]{8}-(?:[0-9a-f]{4}-){3}[0-9a-f]{12}(?:[-_]\d+[-_]\d+)?"
 _NAMES_SHOWN = 5
 _GREATEST_FLOOR = 15
 """Whole numbers up to this one may be those of floors."""
+DRAFT_BELOW = "Draft of the file:\n"
+"""End of a message; below it are lines of a ``columns.toml``."""
 CELL = r"^([A-Za-z])[ _-]?(\d+)$"
 
 
@@ -177,7 +179,7 @@ def _refuse_incomplete(table: ForeignTable, sample: pl.DataFrame, layout: Layout
     instead = f"{table_with_times(table.path, found['time'].name)}. Otherwise: " if _is_recording(layout) else ""
     raise DatasetError(
         f"{table.path}: {instead}{missing_column(table.columns, missing)}{wide}; then pass --columns columns.toml. "
-        f"Draft of the file:\n{draft}"
+        f"{DRAFT_BELOW}{draft}"
     )
 
 

@@ -222,11 +222,10 @@ def read_columns_file(path: Path) -> ColumnNames:
         raise UsageError(str(error)) from error
 
 
-def columns_toml(names: Record, why: Mapping[str, str] | None = None) -> str:
-    """Write the stated entries of a ``columns.toml``, or of a section; ``why`` has a comment for some of them."""
-    notes = {key: f"  # {note}" for key, note in (why or {}).items()}
+def columns_toml(names: Record) -> str:
+    """Write the stated entries of a ``columns.toml``, or of a section."""
     entries = names.model_dump(exclude_none=True)
-    return "".join(f"{key} = {toml_value(value)}{notes.get(key, '')}\n" for key, value in entries.items())
+    return "".join(f"{key} = {toml_value(value)}\n" for key, value in entries.items())
 
 
 def is_known(name: str) -> bool:

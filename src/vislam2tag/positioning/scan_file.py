@@ -6,6 +6,7 @@ There is one reading in each line: ``scan_id``, ``bssid``, ``rssi_dbm``, and, if
 
 from __future__ import annotations
 
+import codecs
 import csv
 import json
 import math
@@ -176,12 +177,19 @@ def is_scan_file(path: Path) -> bool:
     if path.suffix.lower() in JSON_SUFFIXES:
         return True
     try:
-        with plain(path).open(encoding="utf-8-sig", errors="replace", newline="") as text:
+        with _opened(path) as text:
             first = re.split("[,;\t]", text.readline(_LONGEST_HEADER))
             names = [name.strip(' "\r\n') for name in first]
     except OSError:
         return False
     return COLUMNS[0] in names or find_columns(names, (*_ROLES.values(), TIME)).keys() == set(_ROLES.values())
+
+
+def _opened(path: Path) -> TextIO:
+    """Open a file in UTF-8, or in UTF-16 if it starts with that byte order mark; raises OSError if it is unreadable."""
+    with plain(path).open("rb") as file:
+        utf16 = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    return path.open(encoding="utf-16" if utf16 else "utf-8-sig", errors="replace", newline="")
 
 
 def _with_our_names(header: list[str]) -> list[str]:
@@ -270,7 +278,7 @@ def _lines(path: Path, bad: BadLines) -> Iterator[tuple[int, Fields]]:
     """Yield each line's number, and its scan (never empty), access point and level as text."""
     read = _json_lines if path.suffix.lower() in JSON_SUFFIXES else _csv_lines
     try:
-        with plain(path).open(encoding="utf-8-sig", errors="replace", newline="") as text:
+        with _opened(path) as text:
             for line, fields in read(path, text):
                 if fields is None or not fields[0]:
                     bad.add(MALFORMED, line)

@@ -258,7 +258,7 @@ class WalkTables:
         elif stated is None and not whole:
             time_ns, _ = ns_of_seconds(values, steps, table.file)
         else:
-            rate_ns = read_ns if alike is None else read_ns[(rows[alike] == rows[alike].mode()[0]).to_numpy()]
+            rate_ns = read_ns if alike is None else read_ns[rows[alike].eq_missing(rows[alike].mode()[0]).to_numpy()]
             words = UNIT_NAMES[stated or "ns"]
             time_ns, other = recognised_ns(read_ns, rate_ns, steps, table.file, words, clock_ns)
             self.files.findings += [] if stated is None else other

@@ -64,6 +64,7 @@ def test_tables_that_another_program_rewrote(tmp_path: Path) -> None:
     with pytest.raises(DatasetError, match="does not contain the manifest that `export` writes"):
         imported("parquet", tmp_path / "out", tmp_path / "a")
     (tmp_path / "out" / "readings.parquet").unlink()
+    assert import_format_of(tmp_path / "out").name == "parquet"
     with pytest.raises(DatasetError, match=r"readings.parquet: cannot be read"):
         imported("parquet", tmp_path / "out", tmp_path / "b")
 

@@ -130,6 +130,7 @@ def test_rows_of_one_scan_id_are_one_fingerprint_and_two_header_rows_one_header(
             ("2. UG", -2),
             ("B1", -1),
             ("roof", None),
+            ("9" * 25, None),
         ),
     ],
 )
@@ -292,6 +293,14 @@ def test_tables_with_times_but_no_place_are_recordings(tmp_path: Path) -> None:
     assert f"vislam2tag label {own} --labels LABELS" in str(caught.value)
     assert f"vislam2tag attach WALK {own}" in str(caught.value)
     assert "found the columns time, bssid, rssi; expected for x one of x" in str(caught.value)
+
+
+def test_a_header_without_rows(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    for header in ("x,y,floor,AP1,AP2", "x,y,floor,bssid,rssi"):
+        path.write_text(header + "\n")
+        with pytest.raises(DatasetError, match="contains no row below its header; expected one for each fingerprint"):
+            import_format(path, tmp_path / "out")
 
 
 def test_a_table_without_header(tmp_path: Path) -> None:

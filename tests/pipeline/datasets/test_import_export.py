@@ -268,6 +268,16 @@ def test_what_is_no_source(survey: Path, sources: dict[str, Path], tmp_path: Pat
         export(sources[SMALL], sources[SIMULATED], "uji")
 
 
+def test_an_export_in_another_format_is_not_replaced(sources: dict[str, Path], tmp_path: Path) -> None:
+    export(sources[SMALL], tmp_path / "out", "csv")
+    before = bytes_of(tmp_path / "out")
+    with pytest.raises(OutputError, match="contains an export in the format csv; choose another --out, or delete"):
+        export(sources[SMALL], tmp_path / "out", "parquet")
+    assert bytes_of(tmp_path / "out") == before
+    export(sources[SMALL], tmp_path / "out", "csv")
+    assert bytes_of(tmp_path / "out") == before
+
+
 def test_a_failed_export_leaves_what_was_there(sources: dict[str, Path], tmp_path: Path) -> None:
     export(sources[SIMULATED], tmp_path / "out", "uji")
     before = bytes_of(tmp_path / "out")

@@ -214,6 +214,15 @@ def test_each_layout_is_the_same_walk(published: Path, tmp_path: Path, layout: C
     assert "[poses]" in ours.columns
 
 
+def test_sensors_of_no_type_are_read_without_their_rate(published: Path, tmp_path: Path) -> None:
+    def layout(tables: Tables, folder: Path) -> None:
+        own_names({**tables, "sensors.csv": tables["sensors.csv"].assign(type="")}, folder)
+
+    rewritten(published, tmp_path / "survey", layout)
+    session = session_of(tmp_path / "survey")
+    assert session.camera.time_ns.size == session_of(published).camera.time_ns.size
+
+
 def test_a_column_that_is_not_recognised_is_asked_for_by_name(published: Path, tmp_path: Path) -> None:
     def layout(tables: Tables, folder: Path) -> None:
         own_names({**tables, "poses.csv": tables["poses.csv"].rename(columns={"px": "abscissa"})}, folder)

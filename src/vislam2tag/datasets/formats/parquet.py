@@ -77,11 +77,12 @@ def columns_table(dataset: Dataset, held: Mapping[str, Collection[str]] = SCHEMA
 
 
 def recognises(path: Path) -> bool:
-    """Whether the tables exist, without a data set's manifest."""
+    """Whether the files exist, without a data set's manifest; one may be missing, which :func:`read` reports."""
     if path.is_file() and path.suffix == ".parquet":
         return False
     names = {name.name for name in names_in(path)}
-    return not is_dataset(path) and {COLUMNS_FILE, *(f"{name}.parquet" for name in REQUIRED)} <= names
+    missing = {COLUMNS_FILE, *(f"{name}.parquet" for name in REQUIRED)} - names
+    return not is_dataset(path) and len(missing) <= 1
 
 
 def read(path: Path, context: ImportContext) -> Dataset:

@@ -65,8 +65,8 @@ _TECHNOLOGIES = {
 _PLACE = ("x", "y", "z", "latitude", "longitude", "floor", "building", "time", "device", "user", "session", "split")
 _PLACED = ("x", "y", "latitude", "longitude", "cell", "floor", "technology")
 _STOREY = "floor|f|etage|og|level|l|stock|ebene"
-_FLOOR = re.compile(rf"(?:(?:{_STOREY})(?:-|[ _.]*))?(-?\d+)(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
-_BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d*)|(\d+)\.? ?ug")
+_FLOOR = re.compile(rf"(?:(?:{_STOREY})(?:-|[ _.]*))?(-?\d{{1,4}})(?:\.0*)?(?:\.? ?(?:og|f|floor|stock))?")
+_BASEMENT = re.compile(r"(?:ug|b|kg|basement)[ _.-]*(\d{0,4})|(\d{1,4})\.? ?ug")
 _GROUND = frozenset({"eg", "g", "gf", "ground", "groundfloor", "ground floor", "erdgeschoss", "rez"})
 _NO_LEVEL = ("-", "--", "–")
 """Texts that mean an empty cell."""
@@ -94,7 +94,7 @@ def recognises(path: Path) -> bool:
 def read(path: Path, context: ImportContext) -> Dataset:
     """Read a table, or all tables of a folder or archive.
 
-    Raises DatasetError with the columns found and those expected if a place or levels are not found.
+    Raises DatasetError with the columns found and those expected if a place or levels are not found, or without rows.
     """
     names = _stated(context)
     files = [path] if path.suffix.lower() in SUFFIXES and path.is_file() else _files(path, context)
@@ -102,6 +102,10 @@ def read(path: Path, context: ImportContext) -> Dataset:
     for file in files:
         table = read_foreign_table(file)
         layout = layout_of(table, names)
+        if not table.height:
+            raise DatasetError(
+                f"{file}: contains no row below its header; expected one for each fingerprint or reading"
+            )
         if layouts and _needed(layouts[0]) != _needed(layout):
             raise DatasetError(
                 f"{file}: has other columns of places or levels than {files[0].name} (found "
@@ -181,7 +185,7 @@ def _common(
     if "floor" in found:
         levels = {text: _floor_number(text) for text in made["floor"].drop_nulls().unique()}
         unknown = made.filter(pl.col("floor").is_in([text for text, number in levels.items() if number is None]))
-        message = "floors such as {} have no number; these fingerprints have no position"
+        message = "floors such as {} are not floor numbers; these fingerprints have no position"
         if unknown.height:
             text = message.format(unknown["floor"][0])
             odd.append(Finding.at_lines("unknown_floor", file, unknown["row"].to_list(), text))

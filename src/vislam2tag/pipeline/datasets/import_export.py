@@ -17,7 +17,7 @@ import polars as pl
 from pydantic import ValidationError
 
 from vislam2tag import __version__
-from vislam2tag.common.errors import DatasetError, UsageError, first_line
+from vislam2tag.common.errors import DatasetError, OutputError, UsageError, first_line
 from vislam2tag.common.files.archives import MOST_UNPACKED
 from vislam2tag.common.files.folder import Folder, scratch_folder
 from vislam2tag.common.files.given_files import AnyPath, path_or_none, read_bytes
@@ -192,11 +192,15 @@ class ExportOptions:
 
 def is_export(folder: Path) -> bool:
     """Whether a folder was written by :func:`export`."""
+    return _record_of(folder) is not None
+
+
+def _record_of(folder: Path) -> ExportRecord | None:
+    """The record of an export; None if the folder is none."""
     try:
-        ExportRecord.model_validate_json(read_bytes(folder / RECORD_FILE))
+        return ExportRecord.model_validate_json(read_bytes(folder / RECORD_FILE))
     except (OSError, ValidationError):
-        return False
-    return True
+        return None
 
 
 def export(
@@ -216,7 +220,8 @@ def export(
     skipped because links lead outside ``source`` and the survey.
 
     Raises UsageError for an unknown format, split, fold or survey and for options that do not apply, DatasetError if
-    ``source`` is neither, or contains nothing for the format, OutputError if ``out`` cannot be written.
+    ``source`` is neither, or contains nothing for the format, OutputError if ``out`` contains an export in another
+    format or cannot be written.
     """
     source, out = Path(source), Path(out)
     options = options or ExportOptions()
@@ -251,6 +256,12 @@ def _refuse(source: Path, out: Path, chosen: ExportFormat, options: ExportOption
         )
     if options.survey is not None:
         refuse_among_sessions(open_survey(options.survey), out)
+    earlier = _record_of(out)
+    if earlier is not None and earlier.format != chosen.name:
+        raise OutputError(
+            f"{out}: contains an export in the format {earlier.format}; choose another --out, or delete that folder "
+            "first"
+        )
 
 
 def _dataset(
