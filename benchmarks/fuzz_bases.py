@@ -396,6 +396,7 @@ def _labelled(run: Run) -> None:
 
 SITE_FILES = ("site.toml", "*.csv", "plan.*", "floor_0/*.csv", "floor_0/floorplan.*", "corrections.toml")
 SET_FILES = ("*.json", "*.parquet", "splits/*", "dataset.toml")
+CSV_WALK_FILES = ("floor_0/*/*.toml", "floor_0/*/*/*.csv")
 LABEL_FILES = ("*.json", "*/*.json", "*/*.parquet")
 
 READERS_ATTACKED: tuple[Target, ...] = (
@@ -456,7 +457,7 @@ READERS_ATTACKED: tuple[Target, ...] = (
         for name in ("getsensordata", "ilc20", "tampere", "uts", "tampere_zip", "uts_tar")
     ),
     *(_reader(f"import {name} table", "owntables", (f"{name}/*",), _import_below(name)) for name in ("long", "wide")),
-    _reader("walk as CSV", "csvwalk", ("floor_0/*/*.toml", "floor_0/*/*/*.csv"), _walks),
+    _reader("walk as CSV", "csvwalk", CSV_WALK_FILES, _walks),
     *(
         _reader(f"import {name}", name, ("**/*",), lambda run: _import(run.base, run.out))
         for name in ("uji", "comford", "parquet", "gia")

@@ -47,6 +47,7 @@ from fuzz_mutations import damage, remove  # noqa: E402
 
 import vislam2tag  # noqa: E402
 from vislam2tag.common.errors import Vislam2tagError  # noqa: E402
+from vislam2tag.common.files.own_files import OWN_FILES  # noqa: E402
 from vislam2tag.datasets.table_columns import DRAFT_BELOW  # noqa: E402
 from vislam2tag.labeling.settings import ProcessSettings  # noqa: E402
 from vislam2tag.pipeline.labels.session import code_of  # noqa: E402
@@ -60,7 +61,7 @@ RUNS_IN_CI = 40
 MOST_MB = 2000
 _LIMIT_BYTES = 8 << 30
 """Of a run's own memory, so that one that takes too much fails, not the machine."""
-_FAULT = 3
+_FAULT = 4
 _WORDS = ("Traceback (most recent", "unexpected ", "please report", "panicked at", "Segmentation fault")
 """What no output holds, whatever the input."""
 READERS_MORE = 20
@@ -170,7 +171,8 @@ def _judge(target: Target, folder: Path, before: dict[str, tuple[int, int]], out
     """Say what a command left over, or changed of what it was given."""
     after = _state(folder)
     new = (*out.rglob(".*"), *temporary.iterdir(), *map(Path, after.keys() - before.keys()))
-    hidden = {path.name for path in new if path.parent == temporary or path.name.startswith(".")} - {WORK_FOLDER}
+    hidden = {path.name for path in new if path.parent == temporary or path.name.startswith(".")}
+    hidden -= {WORK_FOLDER, OWN_FILES}
     if hidden:
         print("unexpected left-over:", *map(ascii, sorted(hidden)))
     if after != before and not target.writes_base:

@@ -19,7 +19,7 @@ from unittest import mock
 
 import numpy as np
 import typer
-from fuzz_bases import HANG_S, LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
+from fuzz_bases import CSV_WALK_FILES, HANG_S, LABEL_FILES, SET_FILES, SITE_FILES, Run, Target, cli, first_walk
 from fuzz_mutations import ODD_VALUES, Rng
 from tests.mutations import mutate
 from tests.studio.receiving.zips import session_files, session_zip, signed
@@ -98,6 +98,9 @@ _OTHERS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "process ilc20": ("ilc20", _ILC20_FILES, "process {base} --out {out}/o --jobs 1"),
     "inspect ilc20": ("ilc20", _ILC20_FILES, "inspect {base}"),
     "run ilc20": ("ilc20", _ILC20_FILES, "run {base} --out {out}/r --jobs 1"),
+    "inspect walk as CSV": ("csvwalk", CSV_WALK_FILES, "inspect {base}"),
+    "process walk as CSV": ("csvwalk", CSV_WALK_FILES, "process {base} --out {out}/o --jobs 1"),
+    "locate walk as CSV": ("csvwalk", CSV_WALK_FILES, "locate {all}/cells/model.v2t {walk} --out {out}/p.csv"),
     "process attached": ("attached", ("other/*", "floor_0/*/*/c*/*"), "process {base} --out {out}/o --jobs 1"),
     **{f"fleet {verb}": ("fleet", ("*", "*/*"), f"fleet {verb} {{base}}") for verb in ("list", "status")},
     "process of the paper": ("older", _SURVEY_FILES, "process {base} --out {out}/o --jobs 1"),
@@ -183,6 +186,10 @@ _OTHERS: dict[str, tuple[str, tuple[str, ...], str]] = {
         for name in ("getsensordata", "ilc20", "tampere_zip", "uts_tar")
     },
     **{
+        f"import {name} table by command": ("owntables", (f"{name}/*",), f"import {{base}}/{name} --out {{out}}/i")
+        for name in ("long", "wide")
+    },
+    **{
         f"import {name} by command": (name, ("**/*",), "import {base} --out {out}/i")
         for name in ("uji", "gia", "comford", "parquet")
     },
@@ -260,7 +267,7 @@ def _command(name: str, base: str, files: tuple[str, ...], line: str, *, writes:
 
     # 1: whatever its help says of it, but never an exception
     every = 20 if name in _SLOW else 4 if name in _SLOWER or line.startswith("import ") else 1
-    return Target(name, base, files, work, codes=(0, 1, 2), writes_base=writes, every=every)
+    return Target(name, base, files, work, codes=(0, 1, 2, 3), writes_base=writes, every=every)
 
 
 _ODD_SHARE = 0.15

@@ -219,9 +219,9 @@ def export(
     (``build``, ``write``) of each part and the number of parts. ``tell`` is called with the names of files that are
     skipped because links lead outside ``source`` and the survey.
 
-    Raises UsageError for an unknown format, split, fold or survey and for options that do not apply, DatasetError if
-    ``source`` is neither, or contains nothing for the format, OutputError if ``out`` contains an export in another
-    format or cannot be written.
+    Raises UsageError for an unknown format, split, fold or survey and for options that do not apply, and DatasetError
+    if ``source`` is neither, or contains nothing for the format. Raises OutputError if ``out`` contains an export in
+    another format or cannot be written.
     """
     source, out = Path(source), Path(out)
     options = options or ExportOptions()
