@@ -177,6 +177,8 @@ def _judge(target: Target, folder: Path, before: dict[str, tuple[int, int]], out
         print("unexpected left-over:", *map(ascii, sorted(hidden)))
     if after != before and not target.writes_base:
         print("unexpected change of what it was given:", *map(ascii, sorted(after.items() ^ before.items())))
+    if not Path(os.devnull).is_char_device():
+        print("unexpected change of a device of the system")
 
 
 def _state(folder: Path) -> dict[str, tuple[int, int]]:

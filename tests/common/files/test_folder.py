@@ -78,6 +78,14 @@ def test_no_write_goes_through_a_link(
     assert {name for name in folder.names() if (folder / name).is_symlink()} == {"link", "keys", "absent"}
 
 
+@pytest.mark.parametrize("write", WRITES.values(), ids=WRITES.keys())
+def test_no_write_replaces_a_pipe_or_device(tmp_path: Path, write: Callable[[Folder, str], object]) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="a device, pipe or socket|exists"):
+        write(Folder(tmp_path), "pipe")
+    assert (tmp_path / "pipe").is_fifo()
+
+
 @pytest.mark.parametrize("name", ["../victim/keys", "/etc/x", "..", "", "a/../../b", "a\0b"])
 def test_names_that_lead_outside_are_refused(attacked: tuple[Path, Folder], name: str) -> None:
     victim, folder = attacked

@@ -182,7 +182,7 @@ class Folder:
     def _discard(self, name: str, *, folder: bool) -> None:
         *before, last = _parts(name)
         with suppress(FileNotFoundError), self._opened(before) as at:
-            at.refuse_link(last)
+            at.refuse_special(last)
             at.discard(last, folder=folder)
 
     def remove_if_empty(self) -> None:
@@ -211,10 +211,10 @@ class Folder:
 
     @contextmanager
     def _place(self, name: str) -> Iterator[tuple[_Directory, str]]:
-        """Open the directory that an entry is to be in, made if it is not there; refuses a link of the entry's name."""
+        """Open the directory that an entry is to be in, made if it is not there; refuses an entry that is a link or device."""
         *before, last = _parts(name)
         with self._opened(before, make=True) as at:
-            at.refuse_link(last)
+            at.refuse_special(last)
             at.sweep()
             yield at, last
 
@@ -248,7 +248,7 @@ class _Directory:
         if make:
             with suppress(FileExistsError):
                 os.mkdir(self.spelled(name), dir_fd=self.handle)
-        self.refuse_link(name)
+        self.refuse_special(name)
         if self.handle is None:
             return _Directory(self.path / name, None)
         inner = os.open(name, _DIRECTORY, dir_fd=self.handle)
@@ -274,11 +274,15 @@ class _Directory:
         except FileNotFoundError:
             return None
 
-    def refuse_link(self, name: str) -> None:
+    def refuse_special(self, name: str) -> None:
+        """Raise OSError for a link, device, pipe or socket, which a new file would replace."""
         found = self.status(name)
-        if found is not None and stat.S_ISLNK(found.st_mode):
+        if found is None or stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode):
+            return
+        if stat.S_ISLNK(found.st_mode):
             reason = "it is a link, and the program does not write or remove files through links; replace it by a copy"
             raise OSError(errno.ELOOP, reason, str(self.path / name))
+        raise OSError(errno.EINVAL, "it is a device, pipe or socket, not a regular file", str(self.path / name))
 
     def rename(self, name: str, to: _Directory, new_name: str) -> None:
         os.replace(self.spelled(name), to.spelled(new_name), src_dir_fd=self.handle, dst_dir_fd=to.handle)
