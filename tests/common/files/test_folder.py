@@ -81,7 +81,7 @@ def test_no_write_goes_through_a_link(
 @pytest.mark.parametrize("write", WRITES.values(), ids=WRITES.keys())
 def test_no_write_replaces_a_pipe_or_device(tmp_path: Path, write: Callable[[Folder, str], object]) -> None:
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(OSError, match="a device, pipe or socket|exists"):
+    with pytest.raises(OSError, match=r"a device, pipe or socket|exists"):
         write(Folder(tmp_path), "pipe")
     assert (tmp_path / "pipe").is_fifo()
 

@@ -211,7 +211,7 @@ class Folder:
 
     @contextmanager
     def _place(self, name: str) -> Iterator[tuple[_Directory, str]]:
-        """Open the directory that an entry is to be in, made if it is not there; refuses an entry that is a link or device."""
+        """Open the directory that an entry is to be in, made if it is not there; refuses a link or device there."""
         *before, last = _parts(name)
         with self._opened(before, make=True) as at:
             at.refuse_special(last)
