@@ -133,8 +133,8 @@ def test_a_table_that_polars_panics_over_is_one_message(tmp_path: Path, capfd: p
     pl.DataFrame({"time_ns": [1, None, 3] * 100, "x": [0.5, None, 1.5] * 100}).write_parquet(table, statistics=False)
     if not _damaged_until_polars_panics(table, capfd):
         pytest.skip("this version of Polars panics over no byte of it")
-    told = vislam2tag_process("label", table, "--labels", tmp_path)
-    assert the_error(told) == (
+    ended = vislam2tag_process("label", table, "--labels", tmp_path)
+    assert the_error(ended) == (
         f"error: {table}: cannot be read as CSV, Parquet or XLSX (it is damaged); save the table as CSV and pass that"
     )
 

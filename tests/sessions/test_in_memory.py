@@ -23,7 +23,7 @@ SIGHTINGS = POSES.with_columns(id=pl.Series(["7", "07", "8", "8", "8"]), tx=pl.c
 def session(
     poses: pl.DataFrame = POSES, sightings: pl.DataFrame = SIGHTINGS, sensors: pl.DataFrame | None = None
 ) -> Session:
-    return session_in_memory(KEY, poses, sightings, sensors, FindingSettings())
+    return session_in_memory(KEY, poses, sightings, sensors, FindingSettings())[0]
 
 
 def test_a_session_has_all_poses_and_sightings_and_reports_numbers_that_are_not_finite() -> None:

@@ -126,7 +126,7 @@ def read_foreign_table(path: Path, *, only_head: bool = False) -> ForeignTable:
         ) from error
     if raw.startswith(b"PK"):
         raise UsageError(f"{path}: is a spreadsheet (XLSX) or a zip; save the table as CSV and pass that")
-    if b"\0" in raw[:_FIRST_BYTES] and not raw.startswith(_UTF16):
+    if b"\0" in raw[:_FIRST_BYTES] and not raw.startswith(UTF16_MARKS):
         raise UsageError(f"{path}: is not text; expected a table as CSV, Parquet or XLSX")
     raw, other_line = _utf8(raw)
     notes = [] if other_line is None else [f"line {other_line} {NOT_UTF8}"]
@@ -135,7 +135,7 @@ def read_foreign_table(path: Path, *, only_head: bool = False) -> ForeignTable:
 
 
 _HEAD_BYTES = 1_000_000
-_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def _first_lines(path: Path) -> bytes:
@@ -257,7 +257,7 @@ def decoded(raw: bytes) -> tuple[str, int | None]:
 
 def _utf8(raw: bytes) -> tuple[bytes, int | None]:
     """The text in UTF-8 without a byte order mark, and the line that shows another encoding."""
-    if raw.startswith(_UTF16):
+    if raw.startswith(UTF16_MARKS):
         return raw.decode("utf-16", errors="replace").encode(), None
     try:
         raw.decode()

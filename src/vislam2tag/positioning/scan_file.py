@@ -6,7 +6,6 @@ There is one reading in each line: ``scan_id``, ``bssid``, ``rssi_dbm``, and, if
 
 from __future__ import annotations
 
-import codecs
 import csv
 import json
 import math
@@ -24,6 +23,7 @@ from vislam2tag.common.files.given_files import plain
 from vislam2tag.common.findings import ROWS_NAMED, Finding, FindingKind
 from vislam2tag.intake.columns import TIME, find_columns
 from vislam2tag.intake.fillers import Filler, Judgement, filler_found, filler_of
+from vislam2tag.intake.foreign_table import UTF16_MARKS
 from vislam2tag.intake.level_scales import SIGNAL_STRENGTH, OtherLevels, in_range, may_be_other, other_levels
 from vislam2tag.intake.readings import address_fault, is_masked, level_of, masked_addresses, normal_address
 from vislam2tag.positioning.radio_scans import RadioScans, TextArray, scans_from_readings
@@ -188,7 +188,7 @@ def is_scan_file(path: Path) -> bool:
 def _opened(path: Path) -> TextIO:
     """Open a file in UTF-8, or in UTF-16 if it starts with that byte order mark; raises OSError if it is unreadable."""
     with plain(path).open("rb") as file:
-        utf16 = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+        utf16 = file.read(2) in UTF16_MARKS
     return path.open(encoding="utf-16" if utf16 else "utf-8-sig", errors="replace", newline="")
 
 

@@ -72,10 +72,11 @@ def poses_of_matrices(matrices: FloatArray) -> FloatArray:
 
 def pose_rows(rows: pl.DataFrame, poses: FloatArray) -> pl.DataFrame:
     """Put poses (n, 7) beside ``row`` and ``time_ns`` of ``rows``."""
-    return rows.select("row", "time_ns").hstack(_pose_series(poses))
+    return rows.select("row", "time_ns").hstack(pose_series(poses))
 
 
-def _pose_series(poses: FloatArray) -> list[pl.Series]:
+def pose_series(poses: FloatArray) -> list[pl.Series]:
+    """Poses (n, 7) as the columns of tables."""
     return [pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)]
 
 
@@ -340,4 +341,4 @@ def _turned_into_acs(rows: pl.DataFrame, camera: CameraTrack) -> pl.DataFrame:
     poses = rows.select(list(POSE_COLUMNS)).to_numpy()
     position = camera.position_acs[frame] + rotated(camera.orientation_acs[frame], poses[:, :3])
     orientation = multiply(camera.orientation_acs[frame], poses[:, 3:])
-    return rows.with_columns(_pose_series(np.column_stack((position, orientation))))
+    return rows.with_columns(pose_series(np.column_stack((position, orientation))))

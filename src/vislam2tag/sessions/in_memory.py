@@ -13,11 +13,11 @@ import polars as pl
 from vislam2tag.common.errors import UsageError
 from vislam2tag.common.findings import Finding, Severity
 from vislam2tag.common.given_tables import GivenTable, frame_of
-from vislam2tag.core.arrays import FloatArray, IntArray
+from vislam2tag.core.arrays import IntArray
 from vislam2tag.core.tracks import CameraTrack, Landmarks
 from vislam2tag.intake.columns import find_columns, shown
 from vislam2tag.intake.time_units import FRAMES, NS_IN
-from vislam2tag.sessions.apps import in_acs
+from vislam2tag.sessions.apps import in_acs, pose_series
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of, with_times
 from vislam2tag.sessions.given_times import GivenTimes, given_times, refuse_mixed_dates
 from vislam2tag.sessions.model import FileRecord, Session
@@ -184,24 +184,20 @@ def _in_our_axes(rows: pl.DataFrame) -> tuple[pl.DataFrame, tuple[str, str], lis
     camera, frame, _ = found
     message = f"read as poses of a camera with {camera} in a frame with {frame}, because the path shows it"
     finding = Finding(kind="columns_guessed", file="poses", count=1, message=message, severity=Severity.INFO)
-    return _replaced(rows, in_acs(poses, camera, frame)), (camera, frame), [finding]
+    return rows.with_columns(pose_series(in_acs(poses, camera, frame))), (camera, frame), [finding]
 
 
 def _with_poses(rows: pl.DataFrame, camera: CameraTrack, axes: tuple[str, str]) -> pl.DataFrame:
     """Sightings with poses in our axes, at the times of frames if these differ only by rounding."""
     if not camera.usable.any():
-        return _replaced(rows, np.full((rows.height, 7), np.nan))
+        return rows.with_columns(pose_series(np.full((rows.height, 7), np.nan)))
     time_ns = rows["time_ns"].to_numpy()
     if _OFFSET[0] in rows.columns:
         poses = of_offsets(rows.select(_OFFSET).to_numpy(), time_ns, camera, axes[0])
     else:
         turn = rows.select(_TURN).to_numpy() if _TURN[0] in rows.columns else None
         poses = of_positions(rows.select(_POSITION).to_numpy(), turn, axes[1])
-    return _replaced(rows, poses).with_columns(time_ns=at_frames(camera, time_ns, _ROUNDING_NS))
-
-
-def _replaced(rows: pl.DataFrame, poses: FloatArray) -> pl.DataFrame:
-    return rows.with_columns(pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS))
+    return rows.with_columns(pose_series(poses), time_ns=at_frames(camera, time_ns, _ROUNDING_NS))
 
 
 _ROUNDING_NS = 1_000_000
@@ -231,8 +227,11 @@ def landmarks_in_memory(
 
 def session_in_memory(
     key: SessionKey, poses: GivenTable, sightings: GivenTable, sensors: GivenTable | None, settings: FindingSettings
-) -> Session:
-    """Make a session of its tables, as reading its files would; raises UsageError for tables that are none of it."""
+) -> tuple[Session, GivenTimes]:
+    """Make a session of its tables, as reading its files would, and return it with the times of its poses.
+
+    Raises UsageError for tables that are none of it.
+    """
     posed = _Timed.of(frame_of(poses, "poses"), "poses", CAMERA_SCHEMA)
     posed.refuse_unit("poses")
     rows, axes, findings = _in_our_axes(posed.rows)
@@ -254,4 +253,4 @@ def session_in_memory(
     refuse_mixed_dates(given)
     count = posed.times.ns.len()
     files = (FileRecord("poses", "poses", 0, "", count, posed.rows.height),)
-    return Session(key, camera, log, np.empty(0, dtype=np.int64), tables, files, tuple(findings))
+    return Session(key, camera, log, np.empty(0, dtype=np.int64), tables, files, tuple(findings)), posed.times

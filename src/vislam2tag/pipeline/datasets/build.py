@@ -41,7 +41,6 @@ from vislam2tag.pipeline.labels.process import process
 from vislam2tag.pipeline.labels.walked_floors import walked_floors
 from vislam2tag.pipeline.run.claims import kept_together
 from vislam2tag.pipeline.run.workers import process_all
-from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_sessions
 from vislam2tag.site.model import unique_slugs
 from vislam2tag.site.settings import WalkableSettings
@@ -144,9 +143,7 @@ def _with_rooms(
     """Add the rooms with a name on the plans of sources with a known survey."""
     found = dict[Storey, tuple[RoomInfo, ...]]()
     for source in sources:
-        if source.survey is None:
-            continue
-        for floor in read_site(source.survey, follow_links=options.follow_links)[0].floors:
+        for floor in () if source.site is None else source.site.floors:
             found.setdefault(Storey(source.building, floor.number), named_rooms(floor, options.walkable))
     return tuple(
         floor.model_copy(update={"rooms": found.get(Storey(floor.building, floor.number), ())}) for floor in floors
@@ -171,10 +168,10 @@ def _walked(
     return {
         Storey(source.building, number): floor.record
         for source in sources
-        if source.survey is not None
+        if source.survey is not None and source.site is not None
         for number, floor in walked_floors(
             source.survey,
-            read_site(source.survey, follow_links=options.follow_links)[0],
+            source.site,
             [own for whose, own in walks if whose.building == source.building],
             options.walkable,
         ).items()

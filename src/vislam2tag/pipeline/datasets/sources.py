@@ -41,7 +41,7 @@ from vislam2tag.pipeline.labels.walked_floors import WalkPlaces
 from vislam2tag.sessions.registry import slugs_from_outside
 from vislam2tag.site.discover import read_site
 from vislam2tag.site.links import left_out_of
-from vislam2tag.site.model import Floor, unique_slugs
+from vislam2tag.site.model import Floor, Site, unique_slugs
 from vislam2tag.site.plans.load import plan_file
 from vislam2tag.site.settings import WalkableSettings
 from vislam2tag.site.walkable.walked import RADIUS_M
@@ -229,6 +229,8 @@ class LabelledSource:
     plans: dict[int, Path]
     survey: Path | None
     """The raw survey, if known."""
+    site: Site | None
+    """That of the raw survey."""
     named: Path
     """The given folder: the labels, or the survey that was processed first."""
     plans_left_out: tuple[Finding, ...] = ()
@@ -279,12 +281,14 @@ def open_sources(
     found = []
     for i, (labelled, building, survey, folder) in enumerate(zip(opened, names, surveys, named, strict=True)):
         if survey is None:
-            found.append(LabelledSource(labelled, building, labelled.floors, {}, None, folder, prefixed=several))
+            found.append(LabelledSource(labelled, building, labelled.floors, {}, None, None, folder, prefixed=several))
             continue
         if not follow_links:
             labelled = without_sessions(labelled, slugs_from_outside(survey))
-        floors, plans, left_out = _of_survey(survey, labelled, scratch.folder(str(i)), follow_links)
-        found.append(LabelledSource(labelled, building, floors, plans, survey, folder, left_out, several))
+        site, findings = read_site(survey, follow_links=follow_links)
+        floors, plans = _of_site(site, survey, labelled, scratch.folder(str(i)))
+        left_out = tuple(left_out_of(findings))
+        found.append(LabelledSource(labelled, building, floors, plans, survey, site, folder, left_out, several))
     return tuple(found)
 
 
@@ -294,14 +298,10 @@ def _buildings(opened: Sequence[LabelledSurvey]) -> list[str]:
     return [next(iter(named)) if len(named) == 1 else each.building for each in opened]
 
 
-def _of_survey(
-    survey: Path, labelled: LabelledSurvey, scratch: Folder, follow_links: bool
-) -> tuple[tuple[FloorRecord, ...], dict[int, Path], tuple[Finding, ...]]:
-    """Find the plans and georeferences of a survey, and name skipped files.
-
-    Raises UsageError if its floors differ from the labelled ones.
-    """
-    site, findings = read_site(survey, follow_links=follow_links)
+def _of_site(
+    site: Site, survey: Path, labelled: LabelledSurvey, scratch: Folder
+) -> tuple[tuple[FloorRecord, ...], dict[int, Path]]:
+    """Floors with georeferences, and plans, of a survey; raises UsageError if its floors differ from those labelled."""
     for record in labelled.floors:
         floors = [floor for floor in site.floors if floor.number == record.number]
         if [floor.extent_m for floor in floors] != [_extent(record)]:
@@ -316,7 +316,7 @@ def _of_survey(
         for record in labelled.floors
     )
     plans = {number: plan for number, plan in drawn.items() if plan is not None}
-    return records, plans, tuple(left_out_of(findings))
+    return records, plans
 
 
 def _extent(record: FloorRecord) -> tuple[float, float, float, float] | None:

@@ -17,7 +17,7 @@ import numpy as np
 from vislam2tag.common.errors import OutputError, UsageError
 from vislam2tag.common.files.given_files import AnyPath
 from vislam2tag.common.findings import Finding
-from vislam2tag.common.given_tables import GivenTable, frame_of
+from vislam2tag.common.given_tables import GivenTable
 from vislam2tag.common.progress import Progress, silent
 from vislam2tag.estimation.strategy import strategy_named
 from vislam2tag.labeling.mapped_walk import MappedWalk
@@ -34,7 +34,6 @@ from vislam2tag.pipeline.run.claims import refuse_mixed_settings, refuse_other_l
 from vislam2tag.pipeline.run.output import OutputFolder
 from vislam2tag.pipeline.run.selection import OpenedSurvey, ProcessArguments, ProcessChoices, choices_of, given_settings
 from vislam2tag.pipeline.run.workers import outcomes_of, run_job
-from vislam2tag.sessions.given_times import given_times
 from vislam2tag.sessions.in_memory import landmarks_in_memory, session_in_memory
 from vislam2tag.sessions.prepared import SessionTask, prepared_from
 from vislam2tag.sessions.sighting_poses import AT_REST
@@ -196,7 +195,7 @@ def map_walk(
     settings = (settings or ProcessSettings()).with_given(given)
     surveyed, own, site_findings = landmarks_in_memory(landmarks, floor, settings.survey.landmark_sigma_m)
     key = SessionKey(own, "in memory", "walk")
-    session = session_in_memory(key, poses, sightings, sensors, settings.findings)
+    session, times = session_in_memory(key, poses, sightings, sensors, settings.findings)
     if (session.landmarks.orientation_acs == AT_REST).all() and np.isfinite(surveyed.heading_rad).any():
         raise UsageError(
             "landmarks, column heading_rad: the sightings have no orientations to compare it with; leave the column "
@@ -211,7 +210,6 @@ def map_walk(
     walk = LabelledWalk.of(prepared, settings)
     walk, faults = contradicted(prepared, walk, settings.mapping.smoother.sighting_range_m)
     findings = (*site_findings, *walk_findings(prepared, walk, settings), *faults)
-    times = given_times(frame_of(poses, "poses"), "poses")
     return MappedWalk(walk, prepared.landmarks, findings, times)
 
 

@@ -18,7 +18,7 @@ from vislam2tag.intake.columns import COLUMNS_FILE, given_column, matching_colum
 from vislam2tag.intake.pose_conventions import PERSON_M_S
 from vislam2tag.intake.pose_evidence import FAST_M_S
 from vislam2tag.intake.time_units import ANY, FRAMES, READINGS, Steps
-from vislam2tag.sessions.apps import in_acs
+from vislam2tag.sessions.apps import in_acs, pose_series
 from vislam2tag.sessions.clocks import clock_mismatch, clock_of, pose_lag_of
 from vislam2tag.sessions.foreign_tables import sensors_in
 from vislam2tag.sessions.formats.published import FILE_NAMES
@@ -36,7 +36,7 @@ from vislam2tag.sessions.readings import (
 from vislam2tag.sessions.registry import FORMATS, register
 from vislam2tag.sessions.settings import FindingSettings
 from vislam2tag.sessions.sighting_poses import at_frames, closest_places, of_offsets, of_positions
-from vislam2tag.sessions.tracker_tables import POSE_COLUMNS, camera_track, landmark_log
+from vislam2tag.sessions.tracker_tables import camera_track, landmark_log
 from vislam2tag.sessions.walk_columns import (
     SENSOR_TYPES,
     SENSORS,
@@ -143,7 +143,7 @@ class _Reader:
         self.poses = table.time_ns, poses
         self.axes = str(axes[0]), str(axes[1])
         self.tables.noted(table, camera=self.axes[0], frame=self.axes[1])
-        rows = table.rows.select("row", "time_ns").with_columns(_pose_series(in_acs(poses, *self.axes)))
+        rows = table.rows.select("row", "time_ns").with_columns(pose_series(in_acs(poses, *self.axes)))
         return self.files.noted(camera_track(rows, table.file, settings))
 
     def _landmarks(self, camera: CameraTrack) -> LandmarkLog:
@@ -164,7 +164,7 @@ class _Reader:
             id=table.text("id").fill_null("").str.strip_chars(),
             time_ns=at_frames(camera, time_ns, _MAX_APART_NS),
         )
-        log = self.files.noted(landmark_log(rows.with_columns(_pose_series(poses)), table.file, camera))
+        log = self.files.noted(landmark_log(rows.with_columns(pose_series(poses)), table.file, camera))
         frames = np.flatnonzero(camera.usable)
         first = np.full(len(log.ids), len(camera.time_ns))
         np.minimum.at(first, log.landmark, log.frame)
@@ -182,16 +182,15 @@ class _Reader:
         known = np.isfinite(np.column_stack((offsets, poses))).all(axis=1) & (np.abs(poses[:, 3:]).sum(axis=1) > 0)
         apart = offsets_apart_m(poses[known], offsets[known], _visits(table)[known])
         direct, inverse = apart.min(axis=1)
-        if inverse * _TOGETHER < direct and direct - inverse > _APART_M:
+        if _clearly_less(inverse, direct):
             raise UsageError(
                 f"{self.tables.only('poses').file}: {_INVERTED}. Only then do the sightings of a landmark in "
                 f"{table.file} fall together"
             )
-        if not (direct * _TOGETHER < inverse and inverse - direct > _APART_M):
+        if not _clearly_less(direct, inverse):
             self._refuse_inverse()
         own = table.given.camera or self.axes[0]
-        opposite = apart[0, 1] * _TOGETHER < apart[0, 0] and apart[0, 0] - apart[0, 1] > _APART_M
-        if table.given.camera is None and opposite:
+        if table.given.camera is None and _clearly_less(apart[0, 1], apart[0, 0]):
             own = {"y-up": "y-down", "y-down": "y-up"}[own]
             self.tables.noted(table, camera=own)
         return own
@@ -353,8 +352,9 @@ _WIFI = {
 }
 
 
-def _pose_series(poses: FloatArray) -> list[pl.Series]:
-    return [pl.Series(name, poses[:, i]) for i, name in enumerate(POSE_COLUMNS)]
+def _clearly_less(apart_m: float, other_m: float) -> bool:
+    """Whether sightings are so much closer together than by another reading that this one is right."""
+    return apart_m * _TOGETHER < other_m and other_m - apart_m > _APART_M
 
 
 def _visits(table: WalkTable) -> IntArray:
